@@ -1,0 +1,93 @@
+"""What a source hands over: streams of time-stamped rows, and the truth where it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Event", "FloatArray", "Record", "Stream", "Truth"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something worth a line in the result: a gap, a gated measurement, a moving vehicle.
+
+    ``time`` is in s (NaN: not tied to an instant), ``source`` the stream, sensor or component, ``kind`` a
+    short word that is counted (``gap``, ``duplicate``, ``stuck``, ``motion`` ...), ``text`` the reason.
+    """
+
+    time: float
+    source: str
+    kind: str
+    text: str
+    count: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """Rows of one sensor.
+
+    Attributes
+    ----------
+    name : str
+        Such as ``imu``.
+    time : (N,) array, s
+        Time stamp of each row: the *end* of its sampling interval.
+    values : (N, k) array, SI units
+        NaN marks a missing component.
+    columns : tuple of k str
+        For an IMU ``dtheta_x, dtheta_y, dtheta_z, dvel_x, dvel_y, dvel_z``.
+    kind : 'increment' or 'sample'
+        Whether a row is an integral over its interval or a value at its time.
+    period : float or None, s
+        Nominal sampling interval; None where rows come when they come.
+    """
+
+    name: str
+    time: FloatArray
+    values: FloatArray
+    columns: tuple[str, ...]
+    kind: Literal["increment", "sample"] = "sample"
+    period: float | None = None
+
+    def __len__(self) -> int:
+        return int(self.time.shape[0])
+
+    def select(self, start: float, stop: float) -> Stream:
+        """Rows with ``start < time <= stop`` (s), as a new stream."""
+        inside = (self.time > start + 1e-9) & (self.time <= stop + 1e-9)
+        return Stream(self.name, self.time[inside], self.values[inside], self.columns, self.kind, self.period)
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What really was, where a source knows it.
+
+    ``values[name]`` has a leading time axis, or none where the quantity is constant. Names and frames
+    are those of the nominal variables and of the blocks: ``C_bn`` (..., 3, 3), ``velocity_n`` (..., 3) m/s,
+    ``accel_bias_b`` (..., 3) m/s^2, ``gyro_bias_b`` (..., 3) rad/s.
+    """
+
+    time: FloatArray
+    values: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Streams by name, the truth if known, what was found on reading, and where it came from.
+
+    ``initial`` carries what the source itself says about the start, such as a simulated misaligned attitude
+    (``C_bn``) or the start attitude in a log's header. ``attributes`` are JSON values for the provenance.
+    """
+
+    streams: Mapping[str, Stream]
+    truth: Truth | None = None
+    events: tuple[Event, ...] = ()
+    initial: Mapping[str, FloatArray] = field(default_factory=dict)
+    attributes: Mapping[str, object] = field(default_factory=dict)
