@@ -180,11 +180,14 @@ class NominalProvider(Protocol):
     """A provider as configured, before any data: hashable by its settings, picklable."""
 
     kind: str
-    variables: tuple[NominalVariable, ...]
     operations: tuple[Operation, ...]
     slots: tuple[CorrectionSlot, ...]
     stream: str | None
     samples_per_step: int
+
+    def variables(self, computed: frozenset[str]) -> tuple[NominalVariable, ...]:
+        """The layout of a row. What *changes* may depend on the operations that are computed, the layout may not."""
+        ...
 
     def reference(self, initial: InitialNominal) -> dict[str, FloatArray]:
         """Every variable, frozen at the start (for policies, ``explain`` and ranks): for a standing base f = [0, 0, g]."""
