@@ -1,0 +1,84 @@
+"""From x' = F x + w, E[w w'] = D delta, x' += b, to x <- Phi x + d + w_k, E[w_k w_k'] = Q."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+__all__ = ["doubled", "series", "van_loan"]
+
+FloatArray = NDArray[np.float64]
+
+
+def van_loan(
+    F: FloatArray, D: FloatArray, b: FloatArray, dt: FloatArray, doublings: int = 0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Exact discretisation by one matrix exponential (Van Loan 1978).
+
+    Parameters
+    ----------
+    F, D : (..., n, n) array
+        Dynamics (1/s) and diffusion G Q G^T.
+    b : (..., n) array
+        Known input rate.
+    dt : (...) array, s
+    doublings : int
+        The interval is cut into 2**doublings, for stiff F dt.
+
+    Returns
+    -------
+    Phi, Q : (..., n, n) array
+    d : (..., n) array
+    """
+    n = F.shape[-1]
+    h = np.asarray(dt, dtype=float)[..., None, None] / 2.0**doublings
+    lead = np.broadcast_shapes(F.shape[:-2], D.shape[:-2], b.shape[:-1], h.shape[:-2])
+    block = np.zeros((*lead, 2 * n + 1, 2 * n + 1))
+    block[..., :n, :n] = -F * h
+    block[..., :n, n : 2 * n] = D * h
+    block[..., n : 2 * n, n : 2 * n] = np.swapaxes(F, -1, -2) * h
+    block[..., 2 * n, n : 2 * n] = b * h[..., 0]
+    exponential = expm(block)
+    Phi = np.swapaxes(exponential[..., n : 2 * n, n : 2 * n], -1, -2)
+    Q = Phi @ exponential[..., :n, n : 2 * n]
+    return doubled(Phi, Q, exponential[..., 2 * n, n : 2 * n], doublings)
+
+
+def series(
+    F: FloatArray, D: FloatArray, b: FloatArray, dt: FloatArray, phi_order: int, q_order: int, doublings: int = 0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Truncated series: Phi to ``dt**phi_order``, Q to ``dt**q_order`` (1: Q = D dt), d as Phi.
+
+    Q follows from Q' = F Q + Q F' + D: its k-th Taylor term is L^(k-1)(D) dt^k / k! with L(X) = F X + X F'.
+    Shapes as for `van_loan`.
+    """
+    h = np.asarray(dt, dtype=float)[..., None, None] / 2.0**doublings
+    n = F.shape[-1]
+    lead = np.broadcast_shapes(F.shape[:-2], h.shape[:-2])
+    Phi = np.broadcast_to(np.eye(n), (*lead, n, n)).copy()
+    power = Phi
+    rate = np.asarray(b)[..., None] * h
+    d = rate if phi_order >= 1 else np.zeros_like(rate)
+    for k in range(1, phi_order + 1):
+        power = power @ F * (h / k)
+        Phi = Phi + power
+        if k < phi_order:
+            rate = F @ rate * (h / (k + 1))
+            d = d + rate
+    term = D * h
+    Q = term
+    for k in range(2, q_order + 1):
+        product = F @ term
+        term = (product + np.swapaxes(product, -1, -2)) * (h / k)
+        Q = Q + term
+    return doubled(Phi, Q, d[..., 0], doublings)
+
+
+def doubled(Phi: FloatArray, Q: FloatArray, d: FloatArray, times: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same over an interval 2**times as long."""
+    for _ in range(times):
+        d = np.einsum("...ij,...j->...i", Phi, d) + d
+        Q = Phi @ Q @ np.swapaxes(Phi, -1, -2) + Q
+        Phi = Phi @ Phi
+    return Phi, 0.5 * (Q + np.swapaxes(Q, -1, -2)), d

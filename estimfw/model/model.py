@@ -1,0 +1,292 @@
+"""The model: parts by name, and the labelled matrices that they assemble to.
+
+``x' = F x + G w + B u``, ``z = H x + v``. A model is immutable; policies make new ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.errors import ConfigError
+from estimfw.model.coefficient import Coefficient, constant, zeros
+from estimfw.model.frame import Frame, rotation
+from estimfw.model.parts import (
+    DerivedVariable,
+    KnownInput,
+    Measurement,
+    NoiseInput,
+    Output,
+    ProcessTerm,
+    StateBlock,
+)
+from estimfw.model.polynomial import Factor, Polynomial
+from estimfw.model.prior import Prior
+from estimfw.spelling import did_you_mean
+
+__all__ = ["LabelledMatrix", "Model", "Structure"]
+
+FloatArray = NDArray[np.float64]
+Source = StateBlock | NoiseInput | KnownInput
+Part = TypeVar("Part", StateBlock, Measurement, Source)
+
+
+@dataclass(frozen=True, slots=True)
+class LabelledMatrix:
+    """A coefficient with the names of its rows and columns."""
+
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    coefficient: Coefficient
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """Which labels and axes live: what a nominal provider gets to see of a model."""
+
+    terms: frozenset[str]
+    axes: frozenset[tuple[str, str]]
+
+    def has_term(self, label: str) -> bool:
+        return label in self.terms
+
+    def has_axis(self, quantity: str, axis: str | None = None) -> bool:
+        """Whether a block of this quantity has this axis (any axis if None)."""
+        return any(q == quantity and axis in (None, a) for q, a in self.axes)
+
+
+@dataclass(frozen=True)
+class Model:
+    """A filter as data.
+
+    Attributes
+    ----------
+    frames, blocks, terms, noises, inputs, measurements, outputs, derived : tuples of parts
+    prior : Prior
+    fixed : tuple of (factor, polynomial)
+        Nominal scalars that a policy holds at constants.
+    """
+
+    frames: tuple[Frame, ...]
+    blocks: tuple[StateBlock, ...]
+    terms: tuple[ProcessTerm, ...]
+    noises: tuple[NoiseInput, ...]
+    inputs: tuple[KnownInput, ...]
+    measurements: tuple[Measurement, ...]
+    prior: Prior
+    outputs: tuple[Output, ...] = ()
+    derived: tuple[DerivedVariable, ...] = ()
+    fixed: tuple[tuple[Factor, Polynomial], ...] = ()
+
+    # -- names ---------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def states(self) -> tuple[str, ...]:
+        """State labels in order."""
+        return tuple(label for block in self.blocks for label in block.labels)
+
+    @cached_property
+    def offsets(self) -> Mapping[str, int]:
+        """Position of each block's first state."""
+        result, position = {}, 0
+        for block in self.blocks:
+            result[block.name] = position
+            position += len(block.axes)
+        return result
+
+    @cached_property
+    def frame_map(self) -> Mapping[str, Frame]:
+        return {f.name: f for f in self.frames}
+
+    def block(self, name: str) -> StateBlock:
+        """The block of that name; ConfigError with the nearest names."""
+        return _find(self.blocks, name, "block")
+
+    def measurement(self, name: str) -> Measurement:
+        return _find(self.measurements, name, "measurement")
+
+    def term(self, label: str) -> ProcessTerm:
+        """The process term of that label or alias; ConfigError with the nearest labels."""
+        for term in self.terms:
+            if label == term.label or label in term.aliases:
+                return term
+        hint = did_you_mean(label, (t.label for t in self.terms))
+        raise ConfigError(f"the model has no process term {label!r}", hint=hint)
+
+    def source(self, name: str) -> Source:
+        """The block, noise input or known input of that name."""
+        sources: tuple[Source, ...] = (*self.blocks, *self.noises, *self.inputs)
+        return _find(sources, name, "block, noise or input")
+
+    @property
+    def structure(self) -> Structure:
+        return Structure(
+            frozenset(t.label for t in self.terms if not self.term_matrix(t).is_zero),
+            frozenset((b.quantity, a) for b in self.blocks if b.quantity for a in b.axes),
+        )
+
+    # -- assembly ------------------------------------------------------------------------------------------------
+
+    def term_matrix(self, term: ProcessTerm) -> Coefficient:
+        """The term's coefficient between living axes, rotations inserted, fixed variables put in."""
+        target, source = self.block(term.target), self.source(term.source)
+        source_frame = self.noise_frame(source) if isinstance(source, NoiseInput) else _frame_of(source)
+        full = self._between(term.coefficient, term.frame, target.frame, source_frame)
+        source_live = source.live if not isinstance(source, KnownInput) else range(len(source.axes))
+        return full.select(list(target.live), list(source_live)).substitute(dict(self.fixed))
+
+    def _between(self, c: Coefficient, acting: str | None, target: str | None, source: str | None) -> Coefficient:
+        """Rotations around a coefficient; one that commutes with rotations gets a single one."""
+        if acting is None or (target is None and source is None):
+            return c
+        frames = self.frame_map
+        to, come = target or acting, source or acting
+        isotropic = c.isotropic
+        if isotropic is not None and c.shape == (3, 3):
+            if to == come:
+                return c
+            turn = rotation(come, to, frames)
+            return turn * Coefficient((1, 1), ((0, 0, isotropic),), c.form if c.form != "I" else "")
+        right = c if come == acting else c @ rotation(come, acting, frames)
+        return right if to == acting else rotation(acting, to, frames) @ right
+
+    def noise_frame(self, noise: NoiseInput) -> str | None:
+        """The frame in which a noise is written: an isotropic triad goes where its terms meet it, without a rotation."""
+        if noise.frame is None or not noise.is_isotropic_triad:
+            return noise.frame
+        meet = {
+            self.block(t.target).frame if t.coefficient.isotropic else t.frame
+            for t in self.terms
+            if t.source == noise.name
+        }
+        return meet.pop() if len(meet) == 1 and None not in meet else noise.frame
+
+    def settled(self, noise: NoiseInput) -> NoiseInput:
+        """The noise written in the frame of `noise_frame`, with that frame's axes."""
+        frame = self.noise_frame(noise)
+        if frame is None or frame == noise.frame:
+            return noise
+        axes = self.frame_map[frame].axes
+        return replace(noise, frame=frame, all_axes=axes, axes=axes)
+
+    @cached_property
+    def F(self) -> LabelledMatrix:
+        """Dynamics, (states, states)."""
+        n = len(self.states)
+        names = {b.name for b in self.blocks}
+        total = self._assemble((n, n), (t for t in self.terms if t.source in names), self.offsets)
+        return LabelledMatrix(self.states, self.states, total)
+
+    @cached_property
+    def G(self) -> LabelledMatrix:
+        """Noise coupling, (states, noise inputs)."""
+        labels = tuple(label for noise in self.noises for label in self.settled(noise).labels)
+        return self._inputs_matrix(self.noises, labels)
+
+    @cached_property
+    def B(self) -> LabelledMatrix:
+        """Known-input coupling, (states, inputs)."""
+        labels = tuple(label for known in self.inputs for label in known.labels)
+        return self._inputs_matrix(self.inputs, labels)
+
+    def _inputs_matrix(self, sources: Iterable[NoiseInput | KnownInput], labels: tuple[str, ...]) -> LabelledMatrix:
+        columns, position = {}, 0
+        for source in sources:
+            columns[source.name] = position
+            position += len(source.axes)
+        shape = (len(self.states), len(labels))
+        total = self._assemble(shape, (t for t in self.terms if t.source in columns), columns)
+        return LabelledMatrix(self.states, labels, total)
+
+    def _assemble(
+        self, shape: tuple[int, int], terms: Iterable[ProcessTerm], columns: Mapping[str, int]
+    ) -> Coefficient:
+        total = zeros(*shape)
+        for term in terms:
+            total = total + self.term_matrix(term).embed(shape, self.offsets[term.target], columns[term.source])
+        return total
+
+    @cached_property
+    def Q(self) -> FloatArray:
+        """PSD of the noise inputs, (noise inputs, noise inputs), SI^2 s."""
+        return np.diag([psd for noise in self.noises for psd in _living_psd(noise)])
+
+    @cached_property
+    def diffusion(self) -> Coefficient:
+        """G Q G^T, (states, states): what decides whether the noise depends on the nominal."""
+        g = self.G.coefficient
+        return (
+            g @ constant(self.Q.reshape(g.shape[1], g.shape[1])) @ g.T
+            if g.shape[1]
+            else zeros(*self.F.coefficient.shape)
+        )
+
+    def H(self, name: str) -> LabelledMatrix:
+        """Design matrix of one measurement, (rows, states)."""
+        m = self.measurement(name)
+        shape = (len(m.rows), len(self.states))
+        total = zeros(*shape)
+        for term in m.terms:
+            block = self.block(term.block)
+            full = self._between(term.coefficient, m.frame, m.frame, block.frame)
+            part = full.select(list(m.live), list(block.live)).substitute(dict(self.fixed))
+            total = total + part.embed(shape, 0, self.offsets[block.name])
+        return LabelledMatrix(m.labels, self.states, total)
+
+    def innovation(self, name: str) -> Coefficient:
+        """The nominal's part of the innovation, (rows, 1)."""
+        m = self.measurement(name)
+        return m.innovation.select(list(m.live), [0]) if m.innovation else zeros(len(m.rows), 1)
+
+    def R(self, name: str) -> FloatArray:
+        """Noise of one measurement, (rows, rows); its kind is ``measurement(name).noise``."""
+        m = self.measurement(name)
+        full = np.array(m.covariance).reshape(len(m.all_rows), -1)
+        return full[np.ix_(m.live, m.live)]
+
+    def jacobian(self, output: Output) -> Coefficient:
+        """d(output)/d(states), (components, states), over nominal and derived variables."""
+        shape = (len(output.components), len(self.states))
+        total = zeros(*shape)
+        for name, coefficient, frame in output.jacobian:
+            if name not in self.offsets:
+                continue
+            block = self.block(name)
+            full = coefficient
+            if frame is not None and block.frame is not None and frame != block.frame:
+                full = coefficient @ rotation(block.frame, frame, self.frame_map)
+            part = full.select(list(range(shape[0])), list(block.live))
+            total = total + part.embed(shape, 0, self.offsets[name])
+        return total
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """Nominal variables (derived ones included) that the dynamics and the measurements need."""
+        live = self.F.coefficient.needs | self.diffusion.needs | self.B.coefficient.needs
+        for m in self.measurements:
+            live |= self.H(m.name).coefficient.needs
+        return live
+
+    def with_parts(self, **changes: Any) -> Model:
+        """A copy with some parts replaced."""
+        return replace(self, **changes)
+
+
+def _living_psd(noise: NoiseInput) -> tuple[float, ...]:
+    return tuple(noise.psd[i] for i in noise.live)
+
+
+def _frame_of(source: Source) -> str | None:
+    return source.frame if isinstance(source, StateBlock) else None
+
+
+def _find(items: Iterable[Part], name: str, what: str) -> Part:
+    known = {item.name: item for item in items}
+    if name not in known:
+        raise ConfigError(f"the model has no {what} {name!r}", hint=did_you_mean(name, known))
+    return known[name]

@@ -1,0 +1,76 @@
+"""Express a block in another frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from estimfw.errors import ConfigError
+from estimfw.model.coefficient import Coefficient
+from estimfw.model.frame import relative_rate, rotation
+from estimfw.model.model import Model
+from estimfw.model.parts import ProcessTerm
+from estimfw.policies.change import Change, FloatArray, compare
+from estimfw.spelling import did_you_mean
+
+__all__ = ["ExpressInFrame", "frame_rotation_label"]
+
+
+def frame_rotation_label(block: str) -> str:
+    """Label of the term that a re-framed block gets where the frames turn against each other."""
+    return f"{block}.frame_rotation"
+
+
+@dataclass(frozen=True, slots=True)
+class ExpressInFrame:
+    """Change the frame of a block: v_new = C v_old, v_new' = [omega x] v_new + C v_old'.
+
+    Exact: the block's own dynamics are turned with it, the prior is rotated, and the term
+    ``<block>.frame_rotation`` is added where the frames turn against each other. Dropping that term is a policy of its own.
+    """
+
+    block: str
+    frame: str
+
+    @property
+    def label(self) -> str:
+        return f"express_in_frame {self.block} in {self.frame}"
+
+    def apply(self, model: Model, reference: Mapping[str, FloatArray]) -> tuple[Model, Change]:
+        block = model.block(self.block)
+        if self.frame not in model.frame_map:
+            raise ConfigError(f"there is no frame {self.frame!r}", hint=did_you_mean(self.frame, model.frame_map))
+        if block.frame is None:
+            raise ConfigError(f"block {self.block!r} has no frame, so it cannot be expressed in {self.frame!r}")
+        if block.axes != block.all_axes:
+            lost = [f"{block.name}[{a}]" for a in block.all_axes if a not in block.axes]
+            raise ConfigError(
+                f"block {self.block!r} has already lost {', '.join(lost)}: a triad is rotated whole",
+                hint=f"put {self.label!r} (or the policy that contains it) before the one that removes {', '.join(lost)}",
+            )
+        if block.frame == self.frame:
+            return model, compare(self.label, "exact", model, model, "the block is in that frame already")
+        return self._turned(model)
+
+    def _turned(self, model: Model) -> tuple[Model, Change]:
+        block, at = model.block(self.block), model.offsets[self.block]
+        old_frame = str(block.frame)
+        turn = rotation(old_frame, self.frame, model.frame_map)
+        blocks = tuple(b.in_frame(model.frame_map[self.frame]) if b.name == self.block else b for b in model.blocks)
+        rate = relative_rate(old_frame, self.frame, model.frame_map)
+        term = ProcessTerm(
+            label=frame_rotation_label(self.block), target=self.block, source=self.block, coefficient=rate, frame=self.frame,
+            text=f"{self.block} turns in {self.frame} with the rate of {old_frame} against {self.frame}",
+        )  # fmt: skip
+        former = frame_rotation_label(self.block)
+        others = tuple(t for t in model.terms if t.label != former)
+        came_back = len(others) < len(model.terms) and block.home_frame == self.frame
+        terms = others if rate.is_zero or came_back else (*model.terms, term)
+        rows = list(range(at, at + len(block.axes)))
+        after = model.with_parts(blocks=blocks, terms=terms, prior=model.prior.rotate(rows, turn))
+        n = len(model.states)
+        kept = Coefficient((n, n), tuple((i, i, ((1.0, ()),)) for i in range(n) if i not in rows))
+        change = compare(
+            self.label, "exact", model, after, "a change of coordinates", map=kept + turn.embed((n, n), at, at)
+        )
+        return after, change
