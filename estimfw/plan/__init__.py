@@ -1,0 +1,1 @@
+"""Model -> plan: names to slices, coefficients to tables, discretisation, found time invariance."""

@@ -1,0 +1,193 @@
+"""The plan: the compiled filter. Names are gone but for reports; it holds no record, so its hash depends on none."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.model.model import Model
+from estimfw.model.nominal import CorrectionSlot
+from estimfw.model.parts import KnownInput, Output
+from estimfw.model.prior import Prior
+from estimfw.plan.discretisation import Discretisation
+from estimfw.plan.layout import NominalLayout
+from estimfw.plan.lowering import Lowered, lower
+
+__all__ = ["MeasurementPlan", "Plan", "make_plan"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MeasurementPlan:
+    """One measurement model, lowered.
+
+    ``R`` is per measurement, or a density that is divided by the measurement's interval. ``gate`` is the probability of the
+    chi-square gate, None without one.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    unit: str
+    H: Lowered
+    innovation: Lowered
+    R: tuple[tuple[float, ...], ...]
+    density: bool
+    stream: str | None
+    columns: tuple[str, ...]
+    sign: float
+    every: float | None
+    gate: float | None
+
+    @property
+    def rows(self) -> int:
+        return len(self.labels)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Index maps and coefficients of one filter.
+
+    Attributes
+    ----------
+    states, units : tuple of str
+    layout : NominalLayout
+    F, D, B : Lowered
+        Dynamics, diffusion G Q G^T, known-input coupling.
+    inputs : tuple of KnownInput
+    measurements : tuple of MeasurementPlan
+    prior : Prior
+    slots : tuple of int
+        For each state its place in the provider's correction, -1 for none.
+    discretisation : Discretisation
+    varying : tuple of (what, variable, change)
+        Why it is not time-invariant; empty if it is.
+    outputs : tuple of (Output, Lowered Jacobian)
+    """
+
+    states: tuple[str, ...]
+    units: tuple[str, ...]
+    layout: NominalLayout
+    F: Lowered
+    D: Lowered
+    B: Lowered
+    inputs: tuple[KnownInput, ...]
+    measurements: tuple[MeasurementPlan, ...]
+    prior: Prior
+    slots: tuple[int, ...]
+    discretisation: Discretisation
+    varying: tuple[tuple[str, str, str], ...]
+    outputs: tuple[tuple[Output, Lowered], ...] = ()
+
+    @property
+    def time_invariant(self) -> bool:
+        return not self.varying
+
+    @property
+    def reason(self) -> str:
+        """Why Phi and Q are (not) the same at every step, for people."""
+        if self.time_invariant:
+            return "no live coefficient needs a varying nominal variable: Phi and Q are made once a segment"
+        return "; ".join(f"{what} needs {variable}, which is {change}" for what, variable, change in self.varying)
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 over everything in it, as hexadecimal text."""
+        return hashlib.sha256(repr(self).encode()).hexdigest()
+
+    def thresholds(self, measurement: MeasurementPlan) -> FloatArray | None:
+        """Largest NIS that is fused, by number of usable components (rows + 1,); None without a gate."""
+        if measurement.gate is None:
+            return None
+        from scipy.stats import chi2
+
+        return np.array([0.0, *(float(chi2.ppf(measurement.gate, k)) for k in range(1, measurement.rows + 1))])
+
+    def discretised(
+        self, rows: FloatArray, u: FloatArray, dt: FloatArray, doublings: int
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Phi, Q (..., n, n) and d (..., n) for complete process rows (..., size) and inputs u (..., inputs)."""
+        F, D = self.F.evaluate(rows), self.D.evaluate(rows)
+        b = np.einsum("...ij,...j->...i", self.B.evaluate(rows), u)
+        return self.discretisation.apply(F, D, b, dt, doublings)
+
+
+def make_plan(
+    model: Model,
+    layout: NominalLayout,
+    slots: tuple[CorrectionSlot, ...],
+    discretisation: Discretisation,
+    gates: dict[str, float | None],
+) -> Plan:
+    """Lower a model.
+
+    Raises
+    ------
+    ConfigError
+        The model needs a nominal variable that the layout does not have.
+    """
+    return Plan(
+        states=model.states,
+        units=tuple(b.unit for b in model.blocks for _ in b.axes),
+        layout=layout,
+        F=lower(model.F.coefficient, layout),
+        D=lower(model.diffusion, layout),
+        B=lower(model.B.coefficient, layout),
+        inputs=model.inputs,
+        measurements=tuple(_measurement(model, m.name, layout, gates.get(m.name)) for m in model.measurements),
+        prior=model.prior,
+        slots=_slot_map(model, slots),
+        discretisation=discretisation,
+        varying=tuple(_varying(model, layout)),
+        outputs=tuple((o, lower(model.jacobian(o), layout)) for o in model.outputs),
+    )
+
+
+def _measurement(model: Model, name: str, layout: NominalLayout, gate: float | None) -> MeasurementPlan:
+    m = model.measurement(name)
+    return MeasurementPlan(
+        name=name,
+        labels=m.labels,
+        unit=m.unit,
+        H=lower(model.H(name).coefficient, layout),
+        innovation=lower(model.innovation(name), layout),
+        R=tuple(tuple(float(x) for x in row) for row in model.R(name)),
+        density=m.noise == "density",
+        stream=m.stream,
+        columns=tuple(m.columns[i] for i in m.live) if m.stream else (),
+        sign=m.sign,
+        every=m.every,
+        gate=gate,
+    )
+
+
+def _slot_map(model: Model, slots: tuple[CorrectionSlot, ...]) -> tuple[int, ...]:
+    places: list[int] = []
+    for block in model.blocks:
+        start = next(
+            (3 * k for k, s in enumerate(slots) if (s.quantity, s.frame) == (block.quantity, block.frame)), None
+        )
+        places.extend(-1 if start is None else start + i for i in block.live)
+    return tuple(places)
+
+
+def _varying(model: Model, layout: NominalLayout) -> list[tuple[str, str, str]]:
+    found: list[tuple[str, str, str]] = []
+    names = {n.name for n in model.noises}
+
+    def look(what: str, needs: frozenset[str]) -> None:
+        found.extend((what, variable, layout.changes(variable)) for variable in layout.reasons(needs))
+
+    for term in model.terms:
+        if term.source not in names:
+            look(term.label, model.term_matrix(term).needs)
+    moving = layout.reasons(model.diffusion.needs)
+    for term in model.terms:
+        if term.source in names and moving:
+            look(term.label, model.term_matrix(term).needs & model.diffusion.needs)
+    for m in model.measurements:
+        look(f"measurement {m.name}", model.H(m.name).coefficient.needs)
+    return found
