@@ -40,9 +40,10 @@ class NominalLayout:
     def _offsets(self) -> dict[str, tuple[int, tuple[int, ...]]]:
         result: dict[str, tuple[int, tuple[int, ...]]] = {}
         at = 0
-        for item in (*self.variables, *self.derived):
-            result[item.name] = (at, item.shape)
-            at += int(np.prod(item.shape, dtype=int))
+        shapes = [(v.name, v.shape) for v in self.variables] + [(d.name, d.shape) for d in self.derived]
+        for name, shape in shapes:
+            result[name] = (at, shape)
+            at += int(np.prod(shape, dtype=int))
         return result
 
     def position(self, name: str, index: tuple[int, ...]) -> int:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,7 +97,7 @@ class Plan:
     @property
     def hash(self) -> str:
         """SHA-256 over everything in it, as hexadecimal text."""
-        return hashlib.sha256(repr(self).encode()).hexdigest()
+        return hashlib.sha256(repr(_canonical(self)).encode()).hexdigest()
 
     def thresholds(self, measurement: MeasurementPlan) -> FloatArray | None:
         """Largest NIS that is fused, by number of usable components (rows + 1,); None without a gate."""
@@ -113,6 +114,18 @@ class Plan:
         F, D = self.F.evaluate(rows), self.D.evaluate(rows)
         b = np.einsum("...ij,...j->...i", self.B.evaluate(rows), u)
         return self.discretisation.apply(F, D, b, dt, doublings)
+
+
+def _canonical(value: Any) -> Any:
+    """Nested tuples of names and numbers: functions by their qualified name, so that no address gets in."""
+    if is_dataclass(value) and not isinstance(value, type):
+        inner = tuple((f.name, _canonical(getattr(value, f.name))) for f in fields(value) if f.compare)
+        return (type(value).__name__, inner)
+    if isinstance(value, tuple):
+        return tuple(_canonical(v) for v in value)
+    if callable(value):
+        return f"{value.__module__}.{value.__qualname__}"
+    return value
 
 
 def make_plan(

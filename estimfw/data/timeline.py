@@ -1,0 +1,252 @@
+"""All streams merged into steps: intervals, the rows due at their ends, and what was wrong with them.
+
+Two ways to make steps. A provider that reads a stream (an IMU) makes one of every so many rows of it; measurement rows fall
+due at the end of the step in which they lie. Without one, steps end where any stream, schedule or pseudo-measurement has an
+instant. Gaps, duplicates, rows before the start and rows too many are decided here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.data.record import Event, Stream
+from estimfw.errors import DataError
+
+__all__ = ["Due", "Steps", "Wanted", "driven_steps", "merged_steps"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Instants closer than this (s) are one.
+SAME = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What a measurement wants of the timeline: rows of a stream, or a pseudo-measurement every so many s (None: each step)."""
+
+    name: str
+    stream: str | None
+    every: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Due:
+    """For each step the stream row that is due at its end (-1: none; 0 for a pseudo-measurement), and its interval in s."""
+
+    row: IntArray
+    interval: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """The timeline.
+
+    Attributes
+    ----------
+    start : float, s
+    time : (K,) array, s
+        Ends of the steps.
+    dt : (K,) array, s
+        Equal steps are equal to the last bit, so that they share their matrices.
+    rows : (K + 1,) array
+        Step k uses rows ``rows[k]:rows[k + 1]`` of the driving stream.
+    due : mapping of measurement name to Due
+    restart : (K,) bool array
+        Start the filter anew before this step.
+    events : tuple of Event
+    """
+
+    start: float
+    time: FloatArray
+    dt: FloatArray
+    rows: IntArray
+    due: Mapping[str, Due]
+    restart: NDArray[np.bool_]
+    events: tuple[Event, ...]
+
+    def __len__(self) -> int:
+        return int(self.time.shape[0])
+
+
+def driven_steps(
+    driver: Stream,
+    per_step: int,
+    streams: Mapping[str, Stream],
+    wanted: Sequence[Wanted],
+    *,
+    start: float | None = None,
+    restarts: Sequence[float] = (),
+) -> Steps:
+    """Steps of ``per_step`` rows of a driving stream.
+
+    Parameters
+    ----------
+    driver : Stream
+        Stamps at the ends of its intervals; rows at or before ``start`` are not used.
+    start : float or None, s
+        None: the beginning of its first interval.
+
+    Raises
+    ------
+    DataError
+        Fewer rows than one step needs.
+    """
+    period = driver.period if driver.period is not None else _typical(driver.time)
+    first = int(np.searchsorted(driver.time, start + 0.5 * period)) if start is not None else 0
+    count = (len(driver) - first) // per_step
+    if count <= 0:
+        raise DataError(
+            f"stream {driver.name!r} has {len(driver) - first} rows after the start, one step needs {per_step}",
+            hint="the record is empty, or too short for the alignment before it",
+        )
+    rows = first + per_step * np.arange(count + 1, dtype=np.int64)
+    time = driver.time[rows[1:] - 1]
+    begin = float(driver.time[first] - period) if start is None else float(start)
+    dt = _snapped(np.diff(np.concatenate([[begin], time])), per_step * period)
+    events = _left_over(driver, len(driver) - int(rows[-1]))
+    due, found = _dues(time, dt, begin, streams, wanted)
+    return Steps(begin, time, dt, rows, due, _restarts(time, dt, restarts), (*events, *found))
+
+
+def merged_steps(
+    streams: Mapping[str, Stream],
+    wanted: Sequence[Wanted],
+    *,
+    instants: Sequence[float] = (),
+    start: float | None = None,
+    stop: float | None = None,
+    restarts: Sequence[float] = (),
+) -> Steps:
+    """Steps between the instants of all streams that are wanted, of pseudo-measurements, schedules and restarts.
+
+    Raises
+    ------
+    DataError
+        There is no instant at all.
+    """
+    times = [streams[w.stream].time for w in wanted if w.stream]
+    known = np.concatenate([*times, np.asarray(instants, dtype=float), np.asarray(restarts, dtype=float)])
+    if not known.size and stop is None:
+        raise DataError("the record has no rows", hint="no measurement stream holds any data")
+    begin = (
+        float(start) if start is not None else float(min(float(np.min(t)) for t in times if t.size)) if times else 0.0
+    )
+    end = float(stop) if stop is not None else float(np.max(known))
+    ticks = [begin + w.every * np.arange(1, int((end - begin) / w.every + 1e-9) + 1) for w in wanted if w.every]
+    every = np.unique(np.concatenate([known, *ticks]))
+    every = every[(every >= begin - SAME) & (every <= end + SAME)]
+    if not every.size:
+        raise DataError(f"no instant lies between the start {begin:g} s and the end {end:g} s")
+    time = every[np.concatenate([[True], np.diff(every) > SAME])]
+    dt = np.diff(np.concatenate([[begin], time]))
+    dt = _snapped(np.where(dt < SAME, 0.0, dt), _typical(time))
+    due, events = _dues(time, dt, begin, streams, wanted)
+    rows = np.zeros(time.size + 1, dtype=np.int64)
+    return Steps(begin, time, dt, rows, due, _restarts(time, dt, restarts), tuple(events))
+
+
+def _typical(time: FloatArray) -> float:
+    return float(np.median(np.diff(time))) if time.size > 1 else 1.0
+
+
+def _snapped(dt: FloatArray, nominal: float) -> FloatArray:
+    """Steps that differ from the nominal one by rounding of the stamps become the nominal one."""
+    near = np.abs(dt - nominal) <= 1e-6 * nominal
+    dt = np.where(near, nominal, dt)
+    known, inverse = np.unique(np.round(dt, 9), return_inverse=True)
+    first = np.array([dt[np.argmax(inverse == k)] for k in range(known.size)])
+    return np.asarray(first[inverse], dtype=float)
+
+
+def _left_over(driver: Stream, rows: int) -> tuple[Event, ...]:
+    if rows == 0:
+        return ()
+    text = f"{rows} rows at the end do not fill a step and are not used"
+    return (Event(float(driver.time[-1]), driver.name, "left over", text, rows),)
+
+
+def _restarts(time: FloatArray, dt: FloatArray, restarts: Sequence[float]) -> NDArray[np.bool_]:
+    flags = np.zeros(time.size, dtype=bool)
+    for instant in restarts:
+        k = int(np.searchsorted(time - dt, instant - SAME))
+        if 0 < k < time.size:
+            flags[k] = True
+    return flags
+
+
+def _dues(
+    time: FloatArray, dt: FloatArray, begin: float, streams: Mapping[str, Stream], wanted: Sequence[Wanted]
+) -> tuple[dict[str, Due], list[Event]]:
+    due: dict[str, Due] = {}
+    events: list[Event] = []
+    for w in wanted:
+        if w.stream is None:
+            due[w.name] = _pseudo(time, dt, begin, w.every)
+        elif w.stream not in streams:
+            raise DataError(
+                f"measurement {w.name!r} needs the stream {w.stream!r}, which the source does not have",
+                hint=f"it has: {', '.join(sorted(streams)) or 'none'}",
+            )
+        else:
+            due[w.name], found = _stream_due(time, dt, begin, streams[w.stream], w.name)
+            events.extend(found)
+    return due, events
+
+
+def _pseudo(time: FloatArray, dt: FloatArray, begin: float, every: float | None) -> Due:
+    if every is None:
+        return Due(np.zeros(time.size, dtype=np.int64), np.where(dt > 0.0, dt, _typical(time)))
+    count = np.floor((time - begin) / every + 1e-6)
+    fresh = np.diff(np.concatenate([[0.0], count])) > 0
+    return Due(np.where(fresh, 0, -1).astype(np.int64), np.full(time.size, every))
+
+
+def _stream_due(time: FloatArray, dt: FloatArray, begin: float, stream: Stream, name: str) -> tuple[Due, list[Event]]:
+    events: list[Event] = []
+    if stream.time.size and not np.all(np.diff(stream.time) >= 0.0):
+        at = int(np.argmax(np.diff(stream.time) < 0.0)) + 1
+        raise DataError(
+            f"stream {stream.name!r}: time goes backwards at row {at + 1}: {stream.time[at]:g} s after {stream.time[at - 1]:g} s",
+            hint="sort the rows, or drop those that are late",
+        )
+    keep = _without_duplicates(stream, events)
+    period = stream.period or _typical(stream.time[keep])
+    row = np.full(time.size, -1, dtype=np.int64)
+    interval = np.full(time.size, period)
+    step = np.searchsorted(time, stream.time[keep] - SAME)
+    early = stream.time[keep] < begin - SAME
+    if np.any(early):
+        first = float(stream.time[keep][0])
+        events.append(Event(first, name, "before start", "rows before the start are not used", int(early.sum())))
+    for index, k, is_early in zip(keep, step, early, strict=True):
+        if is_early or k >= time.size:
+            continue
+        if row[k] >= 0:
+            events.append(Event(float(time[k]), name, "crowded", "more than one row in a step: the last one is used"))
+        row[k] = index
+    gaps = np.diff(stream.time[keep]) > 1.5 * period
+    if stream.period is not None and np.any(gaps):
+        at = float(stream.time[keep][int(np.argmax(gaps))])
+        events.append(
+            Event(at, name, "gap", f"gaps longer than 1.5 x {period:g} s; the filter coasts", int(gaps.sum()))
+        )
+    return Due(row, interval), events
+
+
+def _without_duplicates(stream: Stream, events: list[Event]) -> IntArray:
+    same = np.concatenate([[False], np.diff(stream.time) <= SAME])
+    for k in np.flatnonzero(same):
+        if not np.array_equal(stream.values[k], stream.values[k - 1], equal_nan=True):
+            raise DataError(
+                f"stream {stream.name!r}: rows {k} and {k + 1} have one time, {stream.time[k]:g} s, but differ",
+                hint="the log holds two sensors, or its time has too few digits",
+            )
+    if np.any(same):
+        at = float(stream.time[int(np.argmax(same))])
+        events.append(Event(at, stream.name, "duplicate", "identical rows are used once", int(same.sum())))
+    return np.flatnonzero(~same).astype(np.int64)

@@ -1,0 +1,138 @@
+"""The recursion in NumPy: a step after the other, the readable definition of the algorithm and the oracle of the tests."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.errors import NumericalError
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, row_offsets
+from estimfw.kernels import fuse, joseph, ud
+from estimfw.model.nominal import BoundProvider
+from estimfw.plan.plan import MeasurementPlan, Plan
+
+__all__ = ["NumpyScan"]
+
+FloatArray = NDArray[np.float64]
+
+
+class NumpyScan:
+    """A plan bound to its provider and its start.
+
+    Parameters
+    ----------
+    plan : Plan
+    provider : BoundProvider or None
+        None: the nominal is ``initial_row`` for ever.
+    settings : FilterSettings
+    initial_row : (provided,) array
+    prior : (n,) and (n, n) array
+        Mean and covariance at the start and at every restart.
+    doublings : mapping of float to int
+        Sub-steps by dt; see `Discretisation.doublings`.
+    """
+
+    name = "numpy"
+
+    def __init__(
+        self,
+        plan: Plan,
+        provider: BoundProvider | None,
+        settings: FilterSettings,
+        initial_row: FloatArray,
+        prior: tuple[FloatArray, FloatArray],
+        doublings: dict[float, int],
+    ) -> None:
+        self.plan, self.provider, self.settings, self.doublings = plan, provider, settings, doublings
+        self.kernel: ModuleType = ud if settings.covariance == "ud" else joseph
+        self.mean, self.form = prior[0], self.kernel.factor(prior[1])
+        self.row = plan.layout.complete(initial_row)
+        self.offsets = row_offsets(plan)
+        self.thresholds = [plan.thresholds(m) for m in plan.measurements]
+        self.corrected = np.array([s >= 0 for s in plan.slots], dtype=bool)
+        self.slots = np.array([s for s in plan.slots if s >= 0], dtype=np.int64)
+        self.width = 3 * (1 + int(self.slots.max()) // 3) if self.slots.size else 0
+        self.tables: dict[float, tuple[FloatArray, FloatArray, FloatArray]] = {}
+
+    def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
+        """K steps; see `Chunk` and `ChunkResult`."""
+        steps, n, rows = len(chunk), len(self.plan.states), self.offsets[-1]
+        many = len(self.plan.measurements)
+        result = ChunkResult(
+            estimate=np.empty((steps, n)),
+            covariance=np.empty((steps, n, n)),
+            rows=np.empty((steps, self.plan.layout.provided)),
+            innovation=np.full((steps, rows), np.nan),
+            sigma=np.full((steps, rows), np.nan),
+            nis=np.full((steps, many), np.nan),
+            disposition=np.full((steps, many), -1, dtype=np.int64),
+            used=np.zeros((steps, many), dtype=np.int64),
+        )
+        for k in range(steps):
+            state = self._step(state, chunk, k, result)
+        return state, result
+
+    def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState:
+        x, form, provider = state.x, state.form, state.provider
+        if chunk.restart[k]:
+            provider = self._correct(provider, x)
+            x, form = self.mean.copy(), self.form.copy()
+        process_row = end_row = self.row
+        if self.provider is not None:
+            provider, process_row, end_row = self.provider.step(provider, chunk.samples[k])
+            process_row, end_row = self.plan.layout.complete(process_row), self.plan.layout.complete(end_row)
+        dt = float(chunk.dt[k])
+        if dt > 0.0:
+            Phi, Q, d = self._tables(process_row, chunk.inputs[k], dt)
+            x = Phi @ x + d
+            form = self.kernel.predict(form, Phi, Q)
+        any_fused = False
+        for j, m in enumerate(self.plan.measurements):
+            if chunk.due[k, j]:
+                x, form, fused = self._fuse(x, form, m, j, end_row, chunk, k, result)
+                any_fused = any_fused or fused
+        result.estimate[k], result.covariance[k] = x, self.kernel.covariance(form)
+        result.rows[k] = end_row[: self.plan.layout.provided]
+        if self.settings.closed_loop and any_fused and self.provider is not None:
+            provider = self._correct(provider, x)
+            x = np.where(self.corrected, 0.0, x)
+        return FilterState(x, form, provider)
+
+    def _tables(self, row: FloatArray, u: FloatArray, dt: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        steady = self.plan.time_invariant and not self.plan.inputs
+        if steady and dt in self.tables:
+            return self.tables[dt]
+        made = self.plan.discretised(row, u, np.array(dt), self.doublings.get(dt, 0))
+        if not np.all(np.isfinite(made[0])):
+            raise NumericalError("the transition matrix is not finite", hint="the dynamics are too stiff for the step")
+        if steady:
+            self.tables[dt] = made
+        return made
+
+    def _correct(self, provider: FloatArray, x: FloatArray) -> FloatArray:
+        if self.provider is None or not self.slots.size:
+            return provider
+        delta = np.zeros(self.width)
+        delta[self.slots] = x[self.corrected]
+        return self.provider.correct(provider, delta)
+
+    def _fuse(
+        self,
+        x: FloatArray,
+        form: FloatArray,
+        m: MeasurementPlan,
+        j: int,
+        row: FloatArray,
+        chunk: Chunk,
+        k: int,
+        result: ChunkResult,
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        own = slice(self.offsets[j], self.offsets[j + 1])
+        z = m.innovation.evaluate(row)[..., 0] + m.sign * chunk.readings[k, own]
+        R = np.array(m.R) / (chunk.interval[k, j] if m.density else 1.0)
+        done = fuse.fuse(self.kernel, x, form, z, m.H.evaluate(row), R, self.thresholds[j])
+        result.innovation[k, own], result.sigma[k, own] = done.innovation, done.sigma
+        result.nis[k, j], result.disposition[k, j], result.used[k, j] = done.nis, done.disposition, done.used
+        return done.x, done.form, bool(done.disposition == fuse.FUSED)

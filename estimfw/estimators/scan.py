@@ -1,0 +1,92 @@
+"""What a recursion takes and gives: settings, the carried state, a chunk of steps, and what became of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.plan.plan import Plan
+
+__all__ = ["Chunk", "ChunkResult", "FilterSettings", "FilterState"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class FilterSettings:
+    """How the recursion is done.
+
+    Attributes
+    ----------
+    covariance : 'ud' or 'joseph'
+    closed_loop : bool
+        After each step with a fused measurement the provider is corrected and the corrected states are reset to zero; the
+        covariance is carried over. Otherwise that happens at restarts only.
+    """
+
+    covariance: Literal["ud", "joseph"] = "ud"
+    closed_loop: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class FilterState:
+    """Everything that goes from one step to the next: a snapshot, a checkpoint.
+
+    ``x`` (..., n), ``form`` (..., n, n) is the covariance in the kernel's form, ``provider`` (..., n_state).
+    """
+
+    x: FloatArray
+    form: FloatArray
+    provider: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """Inputs of K steps.
+
+    ``samples`` (K, n_sample), ``dt`` (K,), ``restart`` (K,) bool, ``inputs`` (K, known inputs), and over all measurements of the
+    plan one behind the other: ``readings`` (K, rows; NaN where there is none, 0 for a pseudo-measurement), ``due`` (K, measurements)
+    bool, ``interval`` (K, measurements) s.
+    """
+
+    samples: FloatArray
+    dt: FloatArray
+    restart: NDArray[np.bool_]
+    inputs: FloatArray
+    readings: FloatArray
+    due: NDArray[np.bool_]
+    interval: FloatArray
+
+    def __len__(self) -> int:
+        return int(self.dt.shape[0])
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkResult:
+    """Outcome of K steps.
+
+    ``estimate`` (K, n) and ``covariance`` (K, n, n) after the updates of a step and *before* a correction of the provider;
+    ``rows`` (K, provided) the nominal at the end of the step, before it too. ``disposition`` (K, measurements) is -1 where none
+    was due.
+    """
+
+    estimate: FloatArray
+    covariance: FloatArray
+    rows: FloatArray
+    innovation: FloatArray
+    sigma: FloatArray
+    nis: FloatArray
+    disposition: IntArray
+    used: IntArray
+
+
+def row_offsets(plan: Plan) -> list[int]:
+    """Where each measurement's rows start among all rows; the last entry is their number."""
+    offsets = [0]
+    for m in plan.measurements:
+        offsets.append(offsets[-1] + m.rows)
+    return offsets
