@@ -223,12 +223,12 @@ def _stream_due(time: FloatArray, dt: FloatArray, begin: float, stream: Stream, 
     if np.any(early):
         first = float(stream.time[keep][0])
         events.append(Event(first, name, "before start", "rows before the start are not used", int(early.sum())))
-    for index, k, is_early in zip(keep, step, early, strict=True):
-        if is_early or k >= time.size:
-            continue
-        if row[k] >= 0:
-            events.append(Event(float(time[k]), name, "crowded", "more than one row in a step: the last one is used"))
-        row[k] = index
+    usable = ~early & (step < time.size)
+    row[step[usable]] = keep[usable]
+    crowded = int(usable.sum()) - int(np.count_nonzero(row >= 0))
+    if crowded:
+        text = "more than one row in a step: the last one is used"
+        events.append(Event(float(time[step[usable][0]]), name, "crowded", text, crowded))
     gaps = np.diff(stream.time[keep]) > 1.5 * period
     if stream.period is not None and np.any(gaps):
         at = float(stream.time[keep][int(np.argmax(gaps))])

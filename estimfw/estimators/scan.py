@@ -48,9 +48,9 @@ class FilterState:
 class Chunk:
     """Inputs of K steps.
 
-    ``samples`` (K, n_sample), ``dt`` (K,), ``restart`` (K,) bool, ``inputs`` (K, known inputs), and over all measurements of the
-    plan one behind the other: ``readings`` (K, rows; NaN where there is none, 0 for a pseudo-measurement), ``due`` (K, measurements)
-    bool, ``interval`` (K, measurements) s.
+    ``samples`` (K, n_sample), ``dt`` (K,) s, ``restart`` (K,) bool, ``inputs`` (K, known inputs); and over all measurements of
+    the plan one behind the other: ``readings`` (K, rows), NaN where there is none and 0 for a pseudo-measurement, ``due``
+    (K, measurements) bool, ``interval`` (K, measurements) s.
     """
 
     samples: FloatArray

@@ -1,0 +1,119 @@
+"""The recursion compiled by numba: a chunk in one call, the same results as `NumpyScan`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.errors import NumericalError
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, row_offsets
+from estimfw.kernels import joseph, ud
+from estimfw.kernels.generated import compiled_scan_for
+from estimfw.model.nominal import BoundProvider
+from estimfw.plan.lowering import Lowered
+from estimfw.plan.plan import Plan
+
+__all__ = ["NumbaScan"]
+
+FloatArray = NDArray[np.float64]
+
+
+class NumbaScan:
+    """As `estimfw.estimators.numpy_scan.NumpyScan`, for plans without derived variables in their dynamics."""
+
+    name = "numba"
+
+    def __init__(
+        self,
+        plan: Plan,
+        provider: BoundProvider | None,
+        settings: FilterSettings,
+        initial_row: FloatArray,
+        prior: tuple[FloatArray, FloatArray],
+        doublings: dict[float, int],
+    ) -> None:
+        self.plan, self.provider, self.settings, self.doublings = plan, provider, settings, doublings
+        self.scan = compiled_scan_for(provider.compiled if provider is not None else None)
+        kernel = ud if settings.covariance == "ud" else joseph
+        self.prior = (np.ascontiguousarray(prior[0], dtype=float), np.ascontiguousarray(kernel.factor(prior[1])))
+        self.row = np.ascontiguousarray(initial_row, dtype=float)
+        self.params = provider.params if provider is not None else np.zeros(1)
+        self.tables = self._tables()
+        self.measurements = self._measurements()
+        self.slots = np.array(plan.slots, dtype=np.int64)
+
+    def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
+        """K steps; see `Chunk` and `ChunkResult`."""
+        steps, n = len(chunk), len(self.plan.states)
+        rows, many = row_offsets(self.plan)[-1], len(self.plan.measurements)
+        result = ChunkResult(
+            estimate=np.empty((steps, n)),
+            covariance=np.empty((steps, n, n)),
+            rows=np.empty((steps, self.plan.layout.provided)),
+            innovation=np.full((steps, rows), np.nan),
+            sigma=np.full((steps, rows), np.nan),
+            nis=np.full((steps, many), np.nan),
+            disposition=np.full((steps, many), -1, dtype=np.int64),
+            used=np.zeros((steps, many), dtype=np.int64),
+        )
+        x, form, provider = state.x.copy(), np.ascontiguousarray(state.form).copy(), state.provider.copy()
+        d = self.plan.discretisation
+        doublings = np.array([self.doublings.get(float(dt), 0) for dt in chunk.dt], dtype=np.int64)
+        wrong = self.scan(
+            x, form, provider, self.params, self.row,
+            (
+                np.ascontiguousarray(chunk.samples), chunk.dt, chunk.restart, chunk.inputs, chunk.readings, chunk.due,
+                chunk.interval,
+            ),
+            self.tables, self.measurements,
+            (d.method == "van_loan", d.phi_order, d.q_order, doublings),
+            (
+                self.settings.covariance == "ud", self.settings.closed_loop,
+                self.plan.time_invariant and not self.plan.inputs,
+            ),
+            self.prior, self.slots,
+            (
+                result.estimate, result.covariance, result.rows, result.innovation, result.sigma, result.nis,
+                result.disposition, result.used,
+            ),
+        )  # fmt: skip
+        if wrong >= 0:
+            bad = self.plan.states[int(np.argmax(~np.isfinite(result.estimate[wrong])))]
+            raise NumericalError(f"the estimate of {bad} is not finite at step {wrong + 1} of the chunk")
+        return FilterState(x, form, provider), result
+
+    def _tables(self) -> tuple[Any, ...]:
+        plan, n = self.plan, len(self.plan.states)
+        H = _stacked([m.H for m in plan.measurements], n)
+        innovation = _stacked([m.innovation for m in plan.measurements], 1)
+        F = plan.F.tables()
+        live = np.unique(F.entry)
+        parts = (F, plan.D.tables(), plan.B.tables(), H.tables(), innovation.tables())
+        return (*(array for part in parts for array in part), live // n, live % n)
+
+    def _measurements(self) -> tuple[Any, ...]:
+        plan = self.plan
+        offsets = row_offsets(plan)
+        most = max((m.rows for m in plan.measurements), default=1)
+        R = np.zeros((offsets[-1], most))
+        thresholds = np.zeros((len(plan.measurements), most + 1))
+        gated = np.zeros(len(plan.measurements), dtype=bool)
+        for j, m in enumerate(plan.measurements):
+            R[offsets[j] : offsets[j + 1], : m.rows] = np.array(m.R)
+            limit = plan.thresholds(m)
+            if limit is not None:
+                thresholds[j, : m.rows + 1], gated[j] = limit, True
+        density = np.array([m.density for m in plan.measurements], dtype=bool)
+        sign = np.array([m.sign for m in plan.measurements], dtype=float)
+        return np.array(offsets, dtype=np.int64), R, density, sign, thresholds, gated
+
+
+def _stacked(parts: list[Lowered], columns: int) -> Lowered:
+    monomials: list[tuple[int, float, tuple[int, ...]]] = []
+    at = 0
+    for part in parts:
+        monomials.extend((entry + at * columns, c, f) for entry, c, f in part.monomials)
+        at += part.shape[0]
+    return Lowered((at, columns), tuple(monomials))
