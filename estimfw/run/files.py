@@ -12,7 +12,7 @@ from pathlib import Path
 from estimfw.errors import DataError, Location
 from estimfw.run.lock import folder_lock
 
-__all__ = ["output_folder", "refuse_existing", "write_atomically", "write_text"]
+__all__ = ["output_folder", "refuse_existing", "write_atomically", "write_bytes", "write_text"]
 
 PARTIAL = ".estimfw-partial"
 
@@ -63,13 +63,18 @@ def write_atomically(path: Path, writer: Callable[[Path], None], *, force: bool 
     return path
 
 
-def write_text(path: Path, text: str, *, force: bool = False) -> Path:
-    """`write_atomically` for a text, in UTF-8 with ``\\n`` line ends."""
+def write_bytes(path: Path, content: bytes | memoryview, *, force: bool = False) -> Path:
+    """`write_atomically` for what is at hand in memory."""
 
     def fill(partial: Path) -> None:
-        partial.write_bytes(text.encode())
+        partial.write_bytes(content)
 
     return write_atomically(path, fill, force=force)
+
+
+def write_text(path: Path, text: str, *, force: bool = False) -> Path:
+    """`write_atomically` for a text, in UTF-8 with its line ends as they are."""
+    return write_bytes(path, text.encode(), force=force)
 
 
 def refuse_existing(path: Path, *, force: bool) -> None:

@@ -140,7 +140,7 @@ def test_a_folder_that_cannot_be_written_is_a_data_error(tmp_path: Path, monkeyp
         def refuse(*args: object, **kwargs: object) -> int:
             raise PermissionError(errno.EACCES, "Permission denied")
 
-        monkeypatch.setattr(files.os, "open", refuse)
+        monkeypatch.setattr(os, "open", refuse)
     else:
         folder.chmod(0o555)
     with pytest.raises(DataError, match="Permission denied"):
