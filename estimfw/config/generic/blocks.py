@@ -1,0 +1,171 @@
+"""Generic state blocks: random constant, random walk, first-order Gauss-Markov, integrated random walk."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, Strict, model_validator
+
+from estimfw.config.generic.values import numbers_in, product_unit
+from estimfw.config.types import Names, Settings, Site
+from estimfw.model.coefficient import constant, identity
+from estimfw.model.parts import BlockParts, NoiseInput, ProcessTerm, StateBlock
+
+__all__ = [
+    "GaussMarkovConfig",
+    "IntegratedRandomWalkConfig",
+    "RandomConstantConfig",
+    "RandomWalkConfig",
+    "gauss_markov",
+    "integrated_random_walk",
+    "random_constant",
+    "random_walk",
+]
+
+Value = str | float
+Values = Annotated[Value | tuple[Value, ...], Strict(False), Field(examples=["0.1 m", ["0.1 m", "0.2 m"]])]
+
+
+class _BlockConfig(Settings):
+    """``axes`` names the states of the block (left out: one state); ``unit`` is theirs, in SI."""
+
+    unit: str = "1"
+    axes: Names = ()
+    sigma: Values
+    mean: Values | None = None
+    display_unit: str = ""
+    latex: str = ""
+
+    @model_validator(mode="after")
+    def _numbers(self) -> Self:
+        self.sigmas()
+        self.means()
+        return self
+
+    def names(self) -> tuple[str, ...]:
+        return self.axes or ("",)
+
+    def sigmas(self) -> tuple[float, ...]:
+        """SI; a negative one is refused."""
+        values = numbers_in(self.sigma, self.unit, len(self.names()), "sigma")
+        if min(values) < 0.0:
+            raise ValueError(f"sigma is negative: {self.sigma}")
+        return values
+
+    def means(self) -> tuple[float, ...]:
+        n = len(self.names())
+        return (0.0,) * n if self.mean is None else numbers_in(self.mean, self.unit, n, "mean")
+
+    def block(self, name: str) -> StateBlock:
+        return StateBlock(name, self.names(), self.names(), self.unit, self.display_unit or self.unit, latex=self.latex)
+
+    def covariance(self) -> tuple[tuple[float, ...], ...]:
+        return tuple(tuple(float(x) for x in row) for row in np.diag(np.square(self.sigmas())))
+
+
+class RandomConstantConfig(_BlockConfig):
+    """x' = 0, but for what other terms couple into it."""
+
+    kind: Literal["random_constant"]
+
+
+class RandomWalkConfig(_BlockConfig):
+    """x' = w; ``noise`` is the density of w, such as ``0.01 m/sqrt(s)`` for a block in m."""
+
+    kind: Literal["random_walk"]
+    noise: Values
+
+    @model_validator(mode="after")
+    def _noise(self) -> Self:
+        self.density()
+        return self
+
+    def density(self) -> tuple[float, ...]:
+        """Per axis, unit / sqrt(s)."""
+        return numbers_in(self.noise, product_unit(self.unit, "1/sqrt(s)"), len(self.names()), "noise")
+
+
+class GaussMarkovConfig(_BlockConfig):
+    """x' = -x / tau + w with steady sigma ``steady_sigma`` (PSD of w 2 sigma^2 / tau); ``sigma`` is the start's."""
+
+    kind: Literal["gauss_markov"]
+    correlation_time: Values
+    steady_sigma: Values
+
+    @model_validator(mode="after")
+    def _dynamics(self) -> Self:
+        self.steady()
+        if min(self.times()) <= 0.0:
+            raise ValueError(f"correlation_time must be positive: {self.correlation_time}")
+        return self
+
+    def times(self) -> tuple[float, ...]:
+        """s, per axis."""
+        return numbers_in(self.correlation_time, "s", len(self.names()), "correlation_time")
+
+    def steady(self) -> tuple[float, ...]:
+        return numbers_in(self.steady_sigma, self.unit, len(self.names()), "steady_sigma")
+
+
+class IntegratedRandomWalkConfig(_BlockConfig):
+    """x' = r, r' = w: brings the block ``<name>_rate`` too; ``noise`` is the density of w, such as ``0.1 m/s/sqrt(s)``."""
+
+    kind: Literal["integrated_random_walk"]
+    rate_sigma: Values
+    rate_mean: Values | None = None
+    noise: Values
+
+    @model_validator(mode="after")
+    def _rate(self) -> Self:
+        self.rates()
+        self.density()
+        return self
+
+    def rates(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Mean and sigma of the rate, SI."""
+        unit, n = product_unit(self.unit, "1/s"), len(self.names())
+        mean = (0.0,) * n if self.rate_mean is None else numbers_in(self.rate_mean, unit, n, "rate_mean")
+        return mean, numbers_in(self.rate_sigma, unit, n, "rate_sigma")
+
+    def density(self) -> tuple[float, ...]:
+        return numbers_in(self.noise, product_unit(self.unit, "1/s^1.5"), len(self.names()), "noise")
+
+
+def random_constant(name: str, cfg: RandomConstantConfig, site: Site | None) -> BlockParts:
+    return BlockParts(cfg.block(name), cfg.covariance(), cfg.means())
+
+
+def random_walk(name: str, cfg: RandomWalkConfig, site: Site | None) -> BlockParts:
+    terms, noise = _driven(name, cfg.names(), tuple(q * q for q in cfg.density()), cfg.unit)
+    return BlockParts(cfg.block(name), cfg.covariance(), cfg.means(), terms=terms, noises=noise)
+
+
+def gauss_markov(name: str, cfg: GaussMarkovConfig, site: Site | None) -> BlockParts:
+    psd = tuple(2.0 * s * s / t for s, t in zip(cfg.steady(), cfg.times(), strict=True))
+    terms, noise = _driven(name, cfg.names(), psd, cfg.unit)
+    decay = constant(np.diag([-1.0 / t for t in cfg.times()]))
+    own = ProcessTerm(f"{name}.decay", name, name, decay, text="-x / tau, first-order Gauss-Markov")
+    return BlockParts(cfg.block(name), cfg.covariance(), cfg.means(), terms=(own, *terms), noises=noise)
+
+
+def integrated_random_walk(name: str, cfg: IntegratedRandomWalkConfig, site: Site | None) -> tuple[BlockParts, ...]:
+    rate = f"{name}_rate"
+    mean, sigma = cfg.rates()
+    unit = product_unit(cfg.unit, "1/s") if cfg.unit != "m" else "m/s"
+    block = StateBlock(rate, cfg.names(), cfg.names(), unit, unit)
+    covariance = tuple(tuple(float(x) for x in row) for row in np.diag(np.square(sigma)))
+    terms, noise = _driven(rate, cfg.names(), tuple(q * q for q in cfg.density()), unit)
+    own = ProcessTerm(f"{name}.rate", name, rate, identity(len(cfg.names())), text="x' = rate")
+    return (
+        BlockParts(cfg.block(name), cfg.covariance(), cfg.means(), terms=(own,)),
+        BlockParts(block, covariance, mean, terms=terms, noises=noise),
+    )
+
+
+def _driven(
+    name: str, axes: tuple[str, ...], psd: tuple[float, ...], unit: str
+) -> tuple[tuple[ProcessTerm, ...], tuple[NoiseInput, ...]]:
+    noise = NoiseInput(f"{name}.noise", axes, axes, psd, unit)
+    term = ProcessTerm(f"{name}.driving_noise", name, noise.name, identity(len(axes)), text="+w, white")
+    return (term,), (noise,)

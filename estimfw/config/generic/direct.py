@@ -1,0 +1,117 @@
+"""The direct measurement: selected states, or linear combinations of them, read from a stream."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, Strict, model_validator
+
+from estimfw.config.generic.blocks import Values
+from estimfw.config.generic.coefficients import CoefficientText, coefficient_of
+from estimfw.config.generic.values import numbers_in, product_unit
+from estimfw.config.types import Names, Number, Settings
+from estimfw.errors import ConfigError
+from estimfw.model.coefficient import constant
+from estimfw.model.parts import Measurement, MeasurementTerm, StateBlock
+from estimfw.units.quantity import parse_quantity
+from estimfw.units.unit_text import parse_unit
+
+__all__ = ["DirectConfig", "direct"]
+
+
+class DirectTerm(Settings):
+    """One block's part: z += coefficient @ block (left out: its selected ``axes``, one a row)."""
+
+    block: str
+    axes: Names = ()
+    coefficient: CoefficientText | None = None
+
+
+class DirectConfig(Settings):
+    """z = sum of the blocks' parts + noise.
+
+    ``of`` lists the blocks; ``rows`` names the rows (left out: the axes of the first block); ``stream`` (left out: the entry's
+    name) and ``columns`` (left out: the rows) say where the readings come from. The noise says by its unit whether it is per
+    measurement (``0.1 m``) or a density (``0.1 m/sqrt(Hz)``); ``correlation`` is a matrix over the rows.
+    """
+
+    kind: Literal["direct"]
+    of: Annotated[tuple[DirectTerm, ...], Strict(False), Field(min_length=1)]
+    rows: Names = ()
+    unit: str = ""
+    noise: Values
+    correlation: Annotated[tuple[Annotated[tuple[Number, ...], Strict(False)], ...], Strict(False)] | None = None
+    stream: str | None = None
+    columns: Names = ()
+    perfect: bool = False
+
+    @model_validator(mode="after")
+    def _square(self) -> Self:
+        if self.correlation is not None and any(len(row) != len(self.correlation) for row in self.correlation):
+            raise ValueError("correlation must be a square matrix over the rows")
+        return self
+
+
+def direct(name: str, cfg: DirectConfig, context: Any) -> Measurement:
+    """The measurement; ConfigError where sizes or units do not fit."""
+    first = context.block(cfg.of[0].block)
+    rows = cfg.rows or cfg.of[0].axes or first.all_axes
+    try:
+        terms = tuple(_term(t, context.block(t.block), rows, name) for t in cfg.of)
+        covariance, kind = _noise(cfg, cfg.unit or first.unit, len(rows), name)
+    except ValueError as error:
+        raise ConfigError(str(error)) from error
+    return Measurement(
+        name=name,
+        all_rows=rows,
+        rows=rows,
+        unit=cfg.unit or first.unit,
+        terms=terms,
+        covariance=covariance,
+        noise=kind,
+        stream=cfg.stream or name,
+        columns=cfg.columns or tuple(row or name for row in rows),
+        perfect=cfg.perfect,
+    )
+
+
+def _term(term: DirectTerm, block: StateBlock, rows: tuple[str, ...], name: str) -> MeasurementTerm:
+    what = f"measurement {name}, block {term.block}"
+    if term.coefficient is not None:
+        made = coefficient_of(term.coefficient, len(rows), len(term.axes or block.all_axes), what)
+        place = _selection(term.axes or block.all_axes, block, what)
+        return MeasurementTerm(block.name, made @ constant(place))
+    selected = _selection(term.axes or block.all_axes, block, what)
+    if selected.shape[0] != len(rows):
+        raise ValueError(f"{what}: {selected.shape[0]} axes for {len(rows)} rows; give a coefficient")
+    return MeasurementTerm(block.name, constant(selected))
+
+
+def _selection(axes: tuple[str, ...], block: StateBlock, what: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    unknown = [a for a in axes if a not in block.all_axes]
+    if unknown:
+        raise ValueError(f"{what}: no axis {unknown[0]!r}; it has {', '.join(a or '(one)' for a in block.all_axes)}")
+    return np.array([[float(a == b) for b in block.all_axes] for a in axes])
+
+
+def _noise(
+    cfg: DirectConfig, unit: str, rows: int, name: str
+) -> tuple[tuple[tuple[float, ...], ...], Literal["per_measurement", "density"]]:
+    kind = _kind(cfg, unit)
+    density = product_unit(unit, "sqrt(s)")
+    sigma = np.array(numbers_in(cfg.noise, density if kind == "density" else unit, rows, f"measurement {name}: noise"))
+    if np.any(sigma < 0.0):
+        raise ValueError(f"measurement {name}: noise is negative")
+    correlation = np.eye(rows) if cfg.correlation is None else np.array(cfg.correlation)
+    if correlation.shape != (rows, rows):
+        raise ValueError(f"measurement {name}: correlation is {correlation.shape[0]} x {correlation.shape[0]}, rows: {rows}")
+    return tuple(tuple(float(x) for x in row) for row in sigma[:, None] * correlation * sigma), kind
+
+
+def _kind(cfg: DirectConfig, unit: str) -> Literal["per_measurement", "density"]:
+    first = cfg.noise[0] if isinstance(cfg.noise, tuple) else cfg.noise
+    if not isinstance(first, str):
+        return "per_measurement"
+    written = parse_quantity(first).unit.dimension
+    return "density" if written == parse_unit(product_unit(unit, "sqrt(s)")).dimension else "per_measurement"

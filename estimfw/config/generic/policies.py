@@ -1,0 +1,85 @@
+"""The generic policies as config components."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Strict
+
+from estimfw.config.types import Names, Number, Settings
+from estimfw.policies.change import Policy
+from estimfw.policies.drop_states import DropStates
+from estimfw.policies.drop_term import DropTerm
+from estimfw.policies.express_in_frame import ExpressInFrame
+from estimfw.policies.fix_nominal import FixNominal
+from estimfw.policies.prune_unobservable import PruneUnobservable
+
+__all__ = [
+    "DropStatesConfig",
+    "DropTermConfig",
+    "ExpressInFrameConfig",
+    "FixNominalConfig",
+    "PruneUnobservableConfig",
+    "drop_states",
+    "drop_term",
+    "express_in_frame",
+    "fix_nominal",
+    "prune_unobservable",
+]
+
+
+class DropTermConfig(Settings):
+    """Drop process terms by label."""
+
+    kind: Literal["drop_term"]
+    terms: Names
+
+
+class DropStatesConfig(Settings):
+    """Drop states (``velocity_error[U]``) or whole blocks."""
+
+    kind: Literal["drop_states"]
+    states: Names
+
+
+class ExpressInFrameConfig(Settings):
+    """Express a block in another frame."""
+
+    kind: Literal["express_in_frame"]
+    block: str
+    frame: str
+
+
+class FixNominalConfig(Settings):
+    """Hold a nominal variable at numbers (SI) or other scalar variables, row by row."""
+
+    kind: Literal["fix_nominal"]
+    variable: str
+    values: Annotated[tuple[Number | str, ...], Strict(False)]
+
+
+class PruneUnobservableConfig(Settings):
+    """Delete what cannot be determined; blocks or states in ``protect`` are never touched."""
+
+    kind: Literal["prune_unobservable"]
+    protect: Names = ()
+
+
+def drop_term(cfg: DropTermConfig) -> Policy:
+    return DropTerm(cfg.terms)
+
+
+def drop_states(cfg: DropStatesConfig) -> Policy:
+    return DropStates(cfg.states)
+
+
+def express_in_frame(cfg: ExpressInFrameConfig) -> Policy:
+    return ExpressInFrame(cfg.block, cfg.frame)
+
+
+def fix_nominal(cfg: FixNominalConfig) -> Policy:
+    return FixNominal(cfg.variable, cfg.values)
+
+
+def prune_unobservable(cfg: PruneUnobservableConfig) -> Policy:
+    return PruneUnobservable(cfg.protect)

@@ -1,0 +1,74 @@
+"""Generic process terms and known inputs: ``couple``, ``schedule``."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, Strict, model_validator
+
+from estimfw.config.generic.blocks import Values
+from estimfw.config.generic.coefficients import CoefficientText, coefficient_of
+from estimfw.config.generic.values import numbers_in
+from estimfw.config.types import Names, Settings, quantity
+from estimfw.errors import ConfigError
+from estimfw.model.parts import KnownInput, ProcessParts, ProcessTerm
+
+__all__ = ["CoupleConfig", "ScheduleConfig", "couple", "schedule"]
+
+
+class CoupleConfig(Settings):
+    """d(target)/dt += coefficient @ source, in SI; the term's label is the name of this entry.
+
+    ``source`` is a block, a noise input or a known input; ``frame`` is where the coefficient acts (left out: the target's).
+    """
+
+    kind: Literal["couple"]
+    target: str
+    source: str
+    coefficient: CoefficientText = Field(default=1.0)
+    frame: str | None = None
+    text: str = ""
+
+
+def couple(name: str, cfg: CoupleConfig, context: Any) -> ProcessParts:
+    """One term."""
+    target = context.block(cfg.target)
+    columns = context.width(cfg.source)
+    try:
+        coefficient = coefficient_of(cfg.coefficient, len(target.all_axes), columns, f"process.{name}")
+    except ValueError as error:
+        raise ConfigError(str(error)) from error
+    frame = cfg.frame if cfg.frame is not None else target.frame
+    return ProcessParts((ProcessTerm(name, cfg.target, cfg.source, coefficient, frame=frame, text=cfg.text),))
+
+
+class ScheduleStep(Settings):
+    """From ``time`` on, the input has this value (one for each axis, or one for all)."""
+
+    time: quantity("s") = "0 s"
+    value: Values
+
+
+class ScheduleConfig(Settings):
+    """A known input that is constant over steps; zero before the first."""
+
+    kind: Literal["schedule"]
+    unit: str = "1"
+    axes: Names = ()
+    steps: Annotated[tuple[ScheduleStep, ...], Strict(False), Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        times = [step.time for step in self.steps]
+        if times != sorted(times):
+            raise ValueError("steps must follow each other in time")
+        self.values()
+        return self
+
+    def values(self) -> tuple[tuple[float, ...], ...]:
+        count = len(self.axes) or 1
+        return tuple(numbers_in(step.value, self.unit, count, "value") for step in self.steps)
+
+
+def schedule(name: str, cfg: ScheduleConfig) -> KnownInput:
+    return KnownInput(name, cfg.axes or ("",), cfg.unit, tuple(step.time for step in cfg.steps), cfg.values())

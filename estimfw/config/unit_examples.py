@@ -1,0 +1,32 @@
+"""Examples of right quantities, by dimension."""
+
+from __future__ import annotations
+
+from estimfw.units import parse_unit
+
+__all__ = ["examples_of"]
+
+_EXAMPLES: dict[str, tuple[str, ...]] = {
+    "m": ("100 m", "1.5 km"),
+    "m/s": ("0.1 m/s", "2 km/h", "5 kn"),
+    "m/s^2": ("100 ug", "0.001 m/s^2"),
+    "m/s/sqrt(s)": ("10 ug/sqrt(Hz)", "0.01 m/s/sqrt(h)"),
+    "s": ("600 s", "10 min"),
+    "Hz": ("1 Hz", "100 Hz"),
+    "rad": ("10 deg", "5 arcmin", "0.1 rad"),
+    "rad/s": ("0.01 deg/h", "1 deg/s"),
+    "rad/sqrt(s)": ("0.001 deg/sqrt(h)", "0.01 deg/h/sqrt(Hz)"),
+    "rad/s/sqrt(s)": ("0.001 deg/h/sqrt(h)",),
+    "K": ("293 K",),
+    "K/s": ("0.1 K/s",),
+    "W": ("40 W",),
+    "m/sqrt(Hz)": ("0.01 m/sqrt(Hz)",),
+    "m/s/sqrt(Hz)": ("0.1 m/s/sqrt(Hz)",),
+    "1": ("0.01", "5 ppm", "1 %"),
+}
+_BY_DIMENSION = {parse_unit(unit).dimension: shown for unit, shown in _EXAMPLES.items()}
+
+
+def examples_of(unit: str) -> tuple[str, ...]:
+    """Two or three customary quantities of the dimension of ``unit``."""
+    return _BY_DIMENSION.get(parse_unit(unit).dimension, (f"0.1 {unit}",))
