@@ -105,7 +105,9 @@ def _noise(
         raise ValueError(f"measurement {name}: noise is negative")
     correlation = np.eye(rows) if cfg.correlation is None else np.array(cfg.correlation)
     if correlation.shape != (rows, rows):
-        raise ValueError(f"measurement {name}: correlation is {correlation.shape[0]} x {correlation.shape[0]}, rows: {rows}")
+        raise ValueError(
+            f"measurement {name}: correlation is {correlation.shape[0]} x {correlation.shape[0]}, rows: {rows}"
+        )
     return tuple(tuple(float(x) for x in row) for row in sigma[:, None] * correlation * sigma), kind
 
 

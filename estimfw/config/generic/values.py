@@ -46,7 +46,9 @@ def _number(item: str | float, unit: str, what: str) -> float:
     except ConfigError as error:
         raise ValueError(f"{what}: {error.message}" + (f"; {error.hint}" if error.hint else "")) from error
     if quantity.unit.dimension != wanted.dimension:
-        raise ValueError(f"{what} = {item!r} has the unit {quantity.unit.dimension}, it needs {unit} (such as '1 {unit}')")
+        raise ValueError(
+            f"{what} = {item!r} has the unit {quantity.unit.dimension}, it needs {unit} (such as '1 {unit}')"
+        )
     return quantity.value
 
 

@@ -1,0 +1,57 @@
+"""A nominal that does not change: named constants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Strict
+
+from estimfw.config.types import Number, Settings, Site
+from estimfw.data.record import Record
+from estimfw.model.nominal import CorrectionSlot, InitialNominal, NominalVariable, Operation, ProviderSettings
+
+__all__ = ["ConstantNominal", "ConstantNominalConfig", "constant_nominal"]
+
+FloatArray = NDArray[np.float64]
+Row = Annotated[tuple[Number, ...], Strict(False)]
+
+
+class ConstantNominalConfig(Settings):
+    """``values``: a number, a vector or a matrix (SI) for each variable."""
+
+    kind: Literal["constant"] = "constant"
+    values: dict[str, Number | Row | Annotated[tuple[Row, ...], Strict(False)]] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantNominal:
+    """Constants by name; reads no stream, corrects nothing."""
+
+    names: tuple[str, ...] = ()
+    arrays: tuple[tuple[tuple[int, ...], tuple[float, ...]], ...] = ()
+    kind: str = "constant"
+    operations: tuple[Operation, ...] = ()
+    slots: tuple[CorrectionSlot, ...] = ()
+    stream: str | None = None
+    samples_per_step: int = 1
+
+    def variables(self, computed: frozenset[str]) -> tuple[NominalVariable, ...]:
+        return tuple(NominalVariable(n, s, "SI", "constant") for n, (s, _) in zip(self.names, self.arrays, strict=True))
+
+    def reference(self, initial: InitialNominal) -> dict[str, FloatArray]:
+        return {n: np.array(v).reshape(s) for n, (s, v) in zip(self.names, self.arrays, strict=True)}
+
+    def start(self, given: InitialNominal | None, record: Record) -> InitialNominal:
+        return InitialNominal(self.reference(InitialNominal({})), source="constants")
+
+    def bind(self, settings: ProviderSettings) -> None:
+        return None
+
+
+def constant_nominal(cfg: ConstantNominalConfig, site: Site | None) -> ConstantNominal:
+    arrays = {name: np.asarray(value, dtype=float) for name, value in cfg.values.items()}
+    packed = tuple((a.shape, tuple(float(x) for x in a.ravel())) for a in arrays.values())
+    return ConstantNominal(tuple(arrays), packed)

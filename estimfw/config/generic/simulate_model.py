@@ -1,0 +1,133 @@
+"""A source for any model without a moving nominal: the model itself, simulated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, Strict
+
+from estimfw.config.types import Settings, Site, positive_quantity
+from estimfw.data.record import Record, Stream, Truth
+from estimfw.data.timeline import Steps, Wanted, merged_steps
+from estimfw.errors import ConfigError
+from estimfw.model.nominal import InitialNominal
+from estimfw.plan.plan import MeasurementPlan, Plan
+
+__all__ = ["ModelSimulation", "SimulateModelConfig", "simulate_model"]
+
+FloatArray = NDArray[np.float64]
+
+
+class SimulateModelConfig(Settings):
+    """Draws the start from the prior, then process noise and measurement noise, all from ``seed``.
+
+    ``rates`` gives the rate of a measurement by name where it differs from ``rate``.
+    """
+
+    kind: Literal["simulate_model"]
+    duration: positive_quantity("s")
+    rate: positive_quantity("Hz")
+    rates: dict[str, positive_quantity("Hz")] = {}
+    noise: bool = True
+    seed: Annotated[int, Strict(), Field(ge=0)] = 1
+
+
+@dataclass(frozen=True, slots=True)
+class ModelSimulation:
+    """x <- Phi x + d + w, z = H x + v for a plan whose nominal is constant."""
+
+    cfg: SimulateModelConfig
+
+    @property
+    def seed(self) -> int:
+        return self.cfg.seed
+
+    def load_for(self, plan: Plan, row: FloatArray) -> Record:
+        """The record of one run.
+
+        Parameters
+        ----------
+        plan : Plan
+        row : (size,) array
+            The nominal, constant.
+
+        Raises
+        ------
+        ConfigError
+            The plan needs a nominal that changes.
+        """
+        if any(change == "varying" for _, _, change in plan.varying):
+            raise ConfigError(f"source simulate_model cannot simulate a changing nominal: {plan.reason}")
+        seeds = np.random.SeedSequence(self.cfg.seed).spawn(2)
+        process, reading = (np.random.default_rng(s) for s in seeds)
+        times = {m.name: self._times(m) for m in plan.measurements}
+        steps = self._steps(plan, times)
+        states = self._states(plan, row, steps, process)
+        streams = {
+            str(m.stream): self._stream(
+                m, plan, row, times[m.name], states[np.searchsorted(steps.time, times[m.name] - 1e-9)], reading
+            )
+            for m in plan.measurements
+        }
+        truth = Truth(steps.time, {f"state:{label}": states[:, i] for i, label in enumerate(plan.states)})
+        return Record(streams, truth, attributes={"source": "simulate_model", "seed": self.cfg.seed})
+
+    def _times(self, m: MeasurementPlan) -> FloatArray:
+        rate = self.cfg.rates.get(m.name, self.cfg.rate)
+        return np.arange(1, int(self.cfg.duration * rate + 1e-9) + 1) / rate
+
+    def _steps(self, plan: Plan, times: dict[str, FloatArray]) -> Steps:
+        streams = {n: Stream(n, t, np.zeros((t.size, 1)), ("z",)) for n, t in times.items()}
+        wanted = [Wanted(n, n) for n in times]
+        instants = [t for known in plan.inputs for t in known.times if 0.0 < t < self.cfg.duration]
+        return merged_steps(streams, wanted, instants=instants, start=0.0)
+
+    def _states(self, plan: Plan, row: FloatArray, steps: Steps, rng: np.random.Generator) -> FloatArray:
+        mean, covariance = plan.prior.evaluate(plan.layout.unpack(row))
+        x = mean + _factor(covariance) @ rng.standard_normal(len(mean)) * self.cfg.noise
+        F = plan.F.evaluate(row)
+        states = np.empty((len(steps), len(mean)))
+        begin = np.concatenate([[steps.start], steps.time[:-1]])
+        for k, dt in enumerate(steps.dt):
+            u = inputs_at(plan, begin[k : k + 1])[0]
+            Phi, Q, d = plan.discretised(row, u, np.array(dt), plan.discretisation.doublings(F, float(dt)))
+            x = Phi @ x + d + _factor(Q) @ rng.standard_normal(len(mean)) * self.cfg.noise
+            states[k] = x
+        return states
+
+    def _stream(
+        self,
+        m: MeasurementPlan,
+        plan: Plan,
+        row: FloatArray,
+        time: FloatArray,
+        states: FloatArray,
+        rng: np.random.Generator,
+    ) -> Stream:
+        H, R = m.H.evaluate(row), np.array(m.R)
+        period = float(time[0]) if time.size else 1.0
+        noise = rng.standard_normal((time.size, m.rows)) @ _factor(R / (period if m.density else 1.0)).T
+        z = states @ H.T + noise * self.cfg.noise - m.innovation.evaluate(row)[:, 0]
+        return Stream(str(m.stream), time, m.sign * z, m.columns, "sample", period)
+
+
+def inputs_at(plan: Plan, time: FloatArray) -> FloatArray:
+    """Known inputs (K, inputs) that hold from these instants (K,) on."""
+    columns = []
+    for known in plan.inputs:
+        index = np.searchsorted(np.array(known.times), time + 1e-9, side="right") - 1
+        values = np.array(known.values)[np.maximum(index, 0)]
+        columns.append(np.where(index[:, None] >= 0, values, 0.0))
+    return np.concatenate(columns, axis=1) if columns else np.zeros((time.size, 0))
+
+
+def _factor(covariance: FloatArray) -> FloatArray:
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
+
+
+def simulate_model(cfg: SimulateModelConfig, site: Site | None, initial: InitialNominal | None) -> ModelSimulation:
+    return ModelSimulation(cfg)

@@ -1,0 +1,91 @@
+"""Does the vehicle stand? Windows of the record in which it turns or accelerates are flagged.
+
+A base that sways by tenths of a degree, or shakes, stands; one that drives off or is turned does not. Means over a window
+suppress vibration and quantisation: the mean rate against the limit, and the change of the mean specific force against the
+first window's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label as runs_of
+
+from estimfw.config.types import Settings, Site, positive_quantity
+from estimfw.data.record import Event, Record, Stream
+from estimfw.errors import DataError
+
+__all__ = ["MotionConfig", "MotionMonitor", "motion"]
+
+FloatArray = NDArray[np.float64]
+
+
+class MotionConfig(Settings):
+    """What counts as motion, and what to do: ``flag`` it, ``stop`` the run before it, or ``restart`` after it."""
+
+    kind: Literal["sins_static.motion"]
+    action: Literal["flag", "stop", "restart"] = "flag"
+    window: positive_quantity("s") = "1 s"
+    rate: positive_quantity("rad/s") = "0.5 deg/s"
+    acceleration: positive_quantity("m/s^2") = "0.2 m/s^2"
+
+
+@dataclass(frozen=True, slots=True)
+class MotionMonitor:
+    """Looks at the stream ``imu``."""
+
+    name: str
+    cfg: MotionConfig
+
+    @property
+    def action(self) -> str:
+        return self.cfg.action
+
+    def inspect(self, record: Record) -> tuple[Event, ...]:
+        """One event for each stretch of motion: ``time`` is its start, ``count`` its windows.
+
+        Raises
+        ------
+        DataError
+            The record has no stream ``imu``.
+        """
+        if "imu" not in record.streams:
+            raise DataError(f"monitor {self.name!r} needs the stream 'imu'", hint=f"there are: {', '.join(record.streams)}")
+        time, rate, force = window_means(record.streams["imu"], self.cfg.window)
+        if not time.size:
+            return ()
+        turning = np.linalg.norm(rate, axis=1) > self.cfg.rate
+        pushed = np.linalg.norm(force - np.median(force[: max(1, min(10, len(force)))], axis=0), axis=1) > self.cfg.acceleration
+        stretches, count = runs_of(turning | pushed)
+        return tuple(
+            self._event(np.flatnonzero(np.asarray(stretches) == k), time, turning, pushed) for k in range(1, count + 1)
+        )
+
+    def _event(
+        self, windows: NDArray[np.int64], time: FloatArray, turning: NDArray[np.bool_], pushed: NDArray[np.bool_]
+    ) -> Event:
+        start, stop = time[windows[0]], time[windows[-1]] + self.cfg.window
+        what = " and ".join(
+            w for w, seen in (("turns", turning[windows].any()), ("accelerates", pushed[windows].any())) if seen
+        )
+        text = f"the vehicle {what} from {start:.1f} to {stop:.1f} s: not a static base"
+        return Event(float(start), self.name, "motion", text, int(windows.size))
+
+
+def window_means(imu: Stream, window: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Start times (W,) s, mean rate (W, 3) rad/s and mean specific force (W, 3) m/s^2 of whole windows."""
+    period = imu.period or float(np.median(np.diff(imu.time)))
+    per = max(1, round(window / period))
+    count = len(imu) // per
+    if count == 0:
+        return np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
+    means = np.nanmean(imu.values[: count * per, :6].reshape(count, per, 6), axis=1) / period
+    start = imu.time[: count * per : per] - period
+    return start, means[:, :3], means[:, 3:]
+
+
+def motion(name: str, cfg: MotionConfig, site: Site | None) -> MotionMonitor:
+    return MotionMonitor(name, cfg)

@@ -1,0 +1,159 @@
+"""The paper's experiment: a base at rest (or swaying), an IMU with biases and white noise, a misaligned start.
+
+Increments over an interval dt, exact for the motion (spec of the experiment, one epoch)::
+
+    dtheta = log(C_k^T exp([omega_ie dt x]) C_k+1) + eps dt + ARW sqrt(dt) n_g
+    dv     = C_mid^T f_n dt + a dt + VRW sqrt(dt) n_a
+
+At rest these are (C^T omega_ie + eps) dt and (C^T f_n + a) dt. The start is exp(-[phi x]) C.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from estimfw_inertial.earth import earth_rate_n, normal_gravity
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from estimfw.config.types import Settings, Site, non_negative_quantity, non_negative_quantity_vector, positive_quantity, quantity_vector
+from estimfw.data.record import Record, Stream, Truth
+from estimfw.errors import ConfigError
+from estimfw.model.nominal import InitialNominal
+
+__all__ = ["SimulateConfig", "Simulation", "simulate"]
+
+FloatArray = NDArray[np.float64]
+
+
+class SwayConfig(Settings):
+    """Sinusoidal sway about E, N, U: amplitude and period of each."""
+
+    amplitude: non_negative_quantity_vector("rad", 3)
+    period: positive_quantity("s") = "8 s"
+
+
+class SimulateConfig(Settings):
+    """The base stands at ``initial_attitude``; the filter starts misaligned from it.
+
+    ``noise: false`` switches the white noises off; the biases stay. The defaults are the paper's sensors.
+    """
+
+    kind: Literal["sins_static.simulate"]
+    duration: positive_quantity("s") = "600 s"
+    rate: positive_quantity("Hz") = "1 Hz"
+    misalignment: quantity_vector("rad", 3) = "0 rad"
+    noise: bool = True
+    seed: int = 1
+    gyro_bias: quantity_vector("rad/s", 3) = "0.01 deg/h"
+    accel_bias: quantity_vector("m/s^2", 3) = "100 ug"
+    gyro_noise: non_negative_quantity_vector("rad/sqrt(s)", 3) = "0.001 deg/sqrt(h)"
+    accel_noise: non_negative_quantity_vector("m/s/sqrt(s)", 3) = "10 ug/sqrt(Hz)"
+    velocity_noise: non_negative_quantity("m/s") = "0 m/s"
+    sway: SwayConfig | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Simulation:
+    """A source: ``load`` makes the record anew, the same every time for the same settings."""
+
+    cfg: SimulateConfig
+    site: Site
+    C_bn: FloatArray
+
+    @property
+    def turn_angles(self) -> dict[str, float]:
+        """Largest angle (rad) by which the body turns against n in the run."""
+        return {"b": 0.0 if self.cfg.sway is None else 2.0 * float(np.linalg.norm(self.cfg.sway.amplitude))}
+
+    @property
+    def seed(self) -> int:
+        return self.cfg.seed
+
+    def load(self) -> Record:
+        """Streams ``imu`` and, where velocity noise is asked for, ``velocity_reference``; the truth; the start."""
+        cfg, dt = self.cfg, 1.0 / self.cfg.rate
+        count = int(round(cfg.duration * cfg.rate))
+        if count < 1:
+            raise ConfigError(f"source: {cfg.duration:g} s at {cfg.rate:g} Hz is not even one sample")
+        time = dt * np.arange(1, count + 1)
+        edges, middles = self._attitude(dt * np.arange(count + 1)), self._attitude(time - 0.5 * dt)
+        dtheta, dvel = ideal_increments(edges, middles, self.site, dt)
+        streams = np.random.SeedSequence(cfg.seed).spawn(2)
+        dtheta, dvel = dtheta + np.array(cfg.gyro_bias) * dt, dvel + np.array(cfg.accel_bias) * dt
+        if cfg.noise:
+            drawn = np.random.default_rng(streams[0]).standard_normal((count, 6))
+            dtheta = dtheta + drawn[:, :3] * np.array(cfg.gyro_noise) * np.sqrt(dt)
+            dvel = dvel + drawn[:, 3:] * np.array(cfg.accel_noise) * np.sqrt(dt)
+        columns = tuple(f"{what}_{axis}" for what in ("dtheta", "dvel") for axis in "xyz")
+        imu = Stream("imu", time, np.hstack([dtheta, dvel]), columns, "increment", dt)
+        return Record(
+            streams={"imu": imu, **self._velocity_reference(time, streams[1])},
+            truth=self._truth(time, edges[1:]),
+            initial={"C_bn": self._start()},
+            attributes={"source": "sins_static.simulate", "seed": cfg.seed},
+        )
+
+    def _start(self) -> FloatArray:
+        turn = Rotation.from_rotvec(-np.array(self.cfg.misalignment)).as_matrix()
+        return np.asarray(turn @ self._attitude(np.zeros(1))[0], dtype=float)
+
+    def _attitude(self, time: FloatArray) -> FloatArray:
+        if self.cfg.sway is None:
+            return np.broadcast_to(self.C_bn, (time.size, 3, 3))
+        phase = np.sin(2.0 * np.pi * time / self.cfg.sway.period)
+        turn = Rotation.from_rotvec(phase[:, None] * np.array(self.cfg.sway.amplitude)).as_matrix()
+        return np.asarray(turn @ self.C_bn, dtype=float)
+
+    def _velocity_reference(self, time: FloatArray, seed: np.random.SeedSequence) -> dict[str, Stream]:
+        if not self.cfg.velocity_noise:
+            return {}
+        rng = np.random.default_rng(seed)
+        values = self.cfg.velocity_noise * rng.standard_normal((time.size, 3))
+        return {"velocity_reference": Stream("velocity_reference", time, values, ("E", "N", "U"), "sample", time[0])}
+
+    def _truth(self, time: FloatArray, C_bn: FloatArray) -> Truth:
+        zero = np.zeros((time.size, 3))
+        return Truth(
+            time,
+            {
+                "C_bn": np.asarray(C_bn),
+                "velocity_n": zero,
+                "accel_bias_b": zero + np.array(self.cfg.accel_bias),
+                "gyro_bias_b": zero + np.array(self.cfg.gyro_bias),
+            },
+        )
+
+
+def ideal_increments(edges: FloatArray, middles: FloatArray, site: Site, dt: float) -> tuple[FloatArray, FloatArray]:
+    """Error-free increments of an IMU at a fixed place.
+
+    Parameters
+    ----------
+    edges : (N + 1, 3, 3) array
+        C_bn at the ends of the intervals.
+    middles : (N, 3, 3) array
+        C_bn at their middles.
+    site : Site
+    dt : float, s
+
+    Returns
+    -------
+    dtheta, dvel : (N, 3) array, rad and m/s, in b
+    """
+    earth = Rotation.from_rotvec(np.asarray(earth_rate_n(site.latitude)) * dt).as_matrix()
+    dtheta = Rotation.from_matrix(np.swapaxes(edges[:-1], -1, -2) @ earth @ edges[1:]).as_rotvec()
+    gravity = float(normal_gravity(site.latitude, site.height))
+    dvel = np.swapaxes(middles, -1, -2) @ np.array([0.0, 0.0, gravity]) * dt
+    return dtheta, dvel
+
+
+def simulate(cfg: SimulateConfig, site: Site | None, initial: InitialNominal | None) -> Simulation:
+    """The source of the paper's experiment; it needs a site, and the true attitude from ``initial_attitude``."""
+    if site is None:
+        raise ConfigError("source sins_static.simulate needs a site", hint="add: site: {latitude: 34 deg}")
+    C_bn = initial.values["C_bn"] if initial is not None else np.eye(3)
+    return Simulation(cfg, site, np.asarray(C_bn, dtype=float))
+
