@@ -64,8 +64,8 @@ def parse_quantity(text: str) -> Quantity:
         value = unit.scale.times(number)
     except OverflowError:
         value = math.inf
-    if math.isinf(value):
-        raise ConfigError(f"{text!r} is too large for a number", hint=_EXAMPLES)
+    if math.isinf(value) or (value == 0.0 and number != 0):
+        raise ConfigError(f"{text!r} is too {'small' if value == 0.0 else 'large'} for a number", hint=_EXAMPLES)
     return Quantity(value, unit)
 
 

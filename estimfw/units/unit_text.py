@@ -16,7 +16,9 @@ __all__ = ["MAX_TEXT", "parse_unit"]
 #: Characters; a longer text is no unit.
 MAX_TEXT = 120
 _MAX_DEPTH = 6
-_MAX_POWER = 8
+_MAX_POWER = 30
+#: Of a scale: far beyond any float, far below what takes time.
+_MAX_BITS = 4096
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<name>[A-Za-zµμ°%]+)|(?P<power>\*\*|\^)|(?P<number>\d+(?:\.\d+)?)|(?P<small>[⁻⁺]?[⁰¹²³⁴-⁹]|½)"
@@ -105,7 +107,8 @@ class _Reader:
         return unit
 
     def _raise(self, unit: Unit, exponent: Fraction) -> Unit:
-        if abs(exponent) > _MAX_POWER:
+        bits = max(unit.scale.squared.numerator.bit_length(), unit.scale.squared.denominator.bit_length())
+        if abs(exponent) > _MAX_POWER or bits * abs(exponent) > _MAX_BITS:
             self._refuse(f"the power {exponent} is too large")
         try:
             return unit.power(exponent)

@@ -145,7 +145,7 @@ def test_settings_are_frozen_and_take_no_unknown_key() -> None:
     with pytest.raises(ValidationError, match="Extra inputs"):
         Block.model_validate({"sigmas": "1 m/s"})
     with pytest.raises(ValidationError, match="frozen"):
-        Block().gate = 2.0  # type: ignore[misc]
+        Block().gate = 2.0
 
 
 def test_a_site_is_on_the_earth() -> None:
