@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Event", "FloatArray", "Record", "Stream", "Truth"]
+__all__ = ["Event", "Findings", "FloatArray", "Record", "Stream", "Truth"]
 
 FloatArray = NDArray[np.float64]
 
@@ -27,6 +27,15 @@ class Event:
     kind: str
     text: str
     count: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What a monitor found in a record: events, where the run must stop (s), and where the filter starts anew (s)."""
+
+    events: tuple[Event, ...]
+    stop: float | None = None
+    restarts: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

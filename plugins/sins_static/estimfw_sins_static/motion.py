@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import label as runs_of
 
 from estimfw.config.types import Settings, Site, positive_quantity
-from estimfw.data.record import Event, Record, Stream
+from estimfw.data.record import Event, Findings, Record, Stream
 from estimfw.errors import DataError
 
 __all__ = ["MotionConfig", "MotionMonitor", "motion"]
@@ -40,12 +40,8 @@ class MotionMonitor:
     name: str
     cfg: MotionConfig
 
-    @property
-    def action(self) -> str:
-        return self.cfg.action
-
-    def inspect(self, record: Record) -> tuple[Event, ...]:
-        """One event for each stretch of motion: ``time`` is its start, ``count`` its windows.
+    def inspect(self, record: Record) -> Findings:
+        """One event for each stretch of motion (``time`` is its start, ``count`` its windows), and what follows from it.
 
         Raises
         ------
@@ -56,13 +52,17 @@ class MotionMonitor:
             raise DataError(f"monitor {self.name!r} needs the stream 'imu'", hint=f"there are: {', '.join(record.streams)}")
         time, rate, force = window_means(record.streams["imu"], self.cfg.window)
         if not time.size:
-            return ()
+            return Findings(())
         turning = np.linalg.norm(rate, axis=1) > self.cfg.rate
         pushed = np.linalg.norm(force - np.median(force[: max(1, min(10, len(force)))], axis=0), axis=1) > self.cfg.acceleration
         stretches, count = runs_of(turning | pushed)
-        return tuple(
-            self._event(np.flatnonzero(np.asarray(stretches) == k), time, turning, pushed) for k in range(1, count + 1)
-        )
+        windows = [np.flatnonzero(np.asarray(stretches) == k) for k in range(1, count + 1)]
+        events = tuple(self._event(w, time, turning, pushed) for w in windows)
+        if not events or self.cfg.action == "flag":
+            return Findings(events)
+        if self.cfg.action == "stop":
+            return Findings(events, stop=events[0].time)
+        return Findings(events, restarts=tuple(float(time[w[-1]]) + self.cfg.window for w in windows))
 
     def _event(
         self, windows: NDArray[np.int64], time: FloatArray, turning: NDArray[np.bool_], pushed: NDArray[np.bool_]

@@ -1,0 +1,300 @@
+"""From a config to a composed problem: model, policies applied, provider switched to match, plan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.config.document import Document
+from estimfw.config.filter_config import FilterConfig
+from estimfw.config.generic.kalman import KalmanConfig, kalman
+from estimfw.config.generic.nominal import ConstantNominal
+from estimfw.config.validate import validate
+from estimfw.errors import ConfigError, EstimfwError
+from estimfw.model.build import build_model
+from estimfw.model.model import Model
+from estimfw.model.nominal import InitialNominal, NominalProvider, ProviderSettings
+from estimfw.model.parts import BlockParts, KnownInput, Measurement, NoiseInput, ProcessParts, StateBlock
+from estimfw.plan.equivalence import OperationCheck, settle_operations
+from estimfw.plan.layout import NominalLayout
+from estimfw.plan.plan import Plan, make_plan
+from estimfw.policies.change import Change, Policy
+from estimfw.policies.drop_frame_rotation import turn_name
+from estimfw.policies.sequence import apply_policies
+from estimfw.registry.component import Role
+from estimfw.registry.registry import Registry
+from estimfw.spelling import did_you_mean
+
+__all__ = ["ModelContext", "Problem", "compose"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ModelContext:
+    """What process and measurement components get to see."""
+
+    site: Any
+    blocks: Mapping[str, StateBlock]
+    noises: Mapping[str, NoiseInput]
+    inputs: Mapping[str, KnownInput]
+
+    def block(self, name: str) -> StateBlock:
+        """ConfigError with the nearest names where there is none."""
+        if name not in self.blocks:
+            raise ConfigError(f"there is no block {name!r}", hint=did_you_mean(name, self.blocks))
+        return self.blocks[name]
+
+    def width(self, source: str) -> int:
+        """Number of axes of a block, a noise input or a known input."""
+        if source in self.blocks:
+            return len(self.blocks[source].all_axes)
+        if source in self.noises:
+            return len(self.noises[source].all_axes)
+        if source in self.inputs:
+            return len(self.inputs[source].axes)
+        known = [*self.blocks, *self.noises, *self.inputs]
+        raise ConfigError(f"there is no block, noise or input {source!r}", hint=did_you_mean(source, known))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Everything a run needs but the data.
+
+    Attributes
+    ----------
+    config : FilterConfig
+    document : Document
+    full, model : Model
+        Before and after the policies.
+    changes : tuple of Change
+    checks : tuple of OperationCheck
+    provider : NominalProvider
+    settings : ProviderSettings
+    reference : mapping of str to array
+        The nominal frozen at the start.
+    plan : Plan
+    estimator : KalmanConfig
+    initial : object or None
+        Finds the start (``find``, ``reference``).
+    source : object or None
+        Makes the record.
+    monitors : tuple of objects
+    warnings : tuple of str
+    """
+
+    config: FilterConfig
+    document: Document
+    full: Model
+    model: Model
+    changes: tuple[Change, ...]
+    checks: tuple[OperationCheck, ...]
+    provider: NominalProvider | ConstantNominal
+    settings: ProviderSettings
+    reference: Mapping[str, FloatArray]
+    plan: Plan
+    estimator: KalmanConfig
+    initial: Any
+    source: Any
+    monitors: tuple[Any, ...]
+    warnings: tuple[str, ...]
+
+
+class _Builder:
+    """Validates and builds the components of one config; an error from any of them gets the place it stands at."""
+
+    def __init__(self, document: Document, registry: Registry) -> None:
+        self.document, self.registry = document, registry
+
+    def settings(
+        self, role: Role, data: Any, path: tuple[str | int, ...], default: str | None = None
+    ) -> tuple[Any, Any]:
+        """The component and its validated config."""
+        if isinstance(data, str):
+            data = {"kind": data}
+        kind = data.get("kind", default) if isinstance(data, Mapping) else None
+        if not isinstance(kind, str):
+            raise ConfigError(
+                f"{_text(path)} needs a kind", location=self.document.locate(path), hint="such as kind: kalman"
+            )
+        try:
+            component = self.registry.get(role, kind)
+        except EstimfwError as error:
+            raise self._placed(error, (*path, "kind")) from error
+        return component, validate(component.config, {**data, "kind": kind}, self.document, path)
+
+    def make(self, role: Role, data: Any, path: tuple[str | int, ...], *more: Any, default: str | None = None) -> Any:
+        """The object that the component builds; ``more`` follows its config."""
+        component, cfg = self.settings(role, data, path, default)
+        try:
+            return component.build(cfg, *more)
+        except EstimfwError as error:
+            raise self._placed(error, path) from error
+
+    def named(self, role: Role, data: Mapping[str, Any], section: str, *more: Any) -> list[Any]:
+        """One object for each entry of a section; they get their name before their config."""
+        made = []
+        for name, entry in data.items():
+            path = (section, name)
+            component, cfg = self.settings(role, entry, path)
+            try:
+                made.append(component.build(name, cfg, *more))
+            except EstimfwError as error:
+                raise self._placed(error, path) from error
+        return made
+
+    def _placed(self, error: EstimfwError, path: tuple[str | int, ...]) -> EstimfwError:
+        if error.location is None:
+            error.location = self.document.locate(path)
+        return error
+
+
+def _text(path: tuple[str | int, ...]) -> str:
+    return ".".join(str(p) for p in path)
+
+
+def compose(document: Document, registry: Registry) -> Problem:
+    """Build everything but the data.
+
+    Raises
+    ------
+    ConfigError, PluginError, NumericalError
+        With the place in the config.
+    """
+    cfg = validate(FilterConfig, document.data, document, ())
+    build = _Builder(document, registry)
+    site = cfg.site
+    provider = build.make("nominal", cfg.nominal, ("nominal",), site) if cfg.nominal is not None else ConstantNominal()
+    initial = _initial(cfg, build, site)
+    given = initial.reference() if initial is not None else None
+    source = build.make("source", cfg.source, ("source",), site, given) if cfg.source is not None else None
+    full = _model(cfg, build, site)
+    reference = _reference(provider, given, source)
+    policies: list[Policy] = [build.make("policy", p, ("policies", i)) for i, p in enumerate(cfg.policies)]
+    model, changes = _apply(policies, full, reference, document)
+    checks = _checks(cfg, provider, model, document)
+    settings = ProviderSettings(frozenset(c.operation for c in checks if c.computed))
+    estimator = _estimator(cfg, build, model)
+    discretisation = kalman(estimator)
+    settings = replace(settings, evaluation=discretisation.evaluation)
+    plan = _plan(model, provider, settings, estimator, document)
+    return Problem(
+        config=cfg, document=document, full=full, model=model, changes=tuple(changes), checks=checks, provider=provider,
+        settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
+        monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
+        warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry)),
+    )  # fmt: skip
+
+
+def registry_warnings(registry: Registry) -> tuple[str, ...]:
+    """Plugins that could not be loaded: the run goes on without them."""
+    return tuple(f"plugin {p.name}: {p.status} ({p.reason})" for p in registry.failed)
+
+
+def _initial(cfg: FilterConfig, build: _Builder, site: Any) -> Any:
+    if cfg.initial_attitude is None:
+        return None
+    kind = str(cfg.nominal.get("kind", "")) if cfg.nominal else ""
+    default = f"{kind.partition('.')[0]}.given" if "." in kind else None
+    return build.make("initial", cfg.initial_attitude, ("initial_attitude",), site, default=default)
+
+
+def _reference(provider: Any, given: InitialNominal | None, source: Any) -> dict[str, FloatArray]:
+    values = dict(given.values) if given is not None else {}
+    values.update(getattr(source, "start_values", {}))
+    if not values and provider.stream is not None:
+        values = {"C_bn": np.eye(3)}
+    reference: dict[str, FloatArray] = dict(provider.reference(InitialNominal(values)))
+    for frame, angle in getattr(source, "turn_angles", {}).items():
+        reference[turn_name(frame)] = np.array(float(angle))
+    return reference
+
+
+def _model(cfg: FilterConfig, build: _Builder, site: Any) -> Model:
+    blocks: list[BlockParts] = []
+    for made in build.named("block", cfg.blocks, "blocks", site):
+        blocks.extend(made if isinstance(made, tuple) else (made,))
+    inputs: list[KnownInput] = build.named("input", cfg.inputs, "inputs")
+    by_name = {b.block.name: b.block for b in blocks}
+    noises = {n.name: n for b in blocks for n in b.noises}
+    process: list[ProcessParts] = []
+    for name, entry in cfg.process.items():
+        context = ModelContext(site, by_name, noises, {k.name: k for k in inputs})
+        process.extend(build.named("process", {name: entry}, "process", context))
+        noises |= {n.name: n for n in process[-1].noises}
+    context = ModelContext(site, by_name, noises, {k.name: k for k in inputs})
+    measurements: list[Measurement] = build.named("measurement", cfg.measurements, "measurements", context)
+    for m in measurements:
+        _refuse_zero_noise(m, build.document)
+    correlations = {tuple(c.between): c.value for c in cfg.prior.correlations} if cfg.prior else {}
+    try:
+        return build_model(blocks, process, measurements, inputs, correlations)  # type: ignore[arg-type]
+    except ConfigError as error:
+        if error.location is None:
+            error.location = build.document.locate(("prior",) if "prior" in error.message else ("blocks",))
+        raise
+
+
+def _refuse_zero_noise(m: Measurement, document: Document) -> None:
+    diagonal = np.diag(np.array(m.covariance).reshape(len(m.all_rows), -1))
+    if np.any(diagonal <= 0.0) and not m.perfect:
+        raise ConfigError(
+            f"measurement {m.name!r} has zero noise (R = 0)",
+            location=document.locate(("measurements", m.name, "noise")),
+            hint="a perfect measurement is a strong claim: say so with perfect: true, or give its noise",
+        )
+
+
+def _apply(
+    policies: list[Policy], model: Model, reference: Mapping[str, FloatArray], document: Document
+) -> tuple[Model, list[Change]]:
+    changes: list[Change] = []
+    for i, policy in enumerate(policies):
+        try:
+            model, made = apply_policies(model, [policy], reference)
+        except ConfigError as error:
+            error.location = error.location or document.locate(("policies", i))
+            raise
+        changes.extend(made)
+    return model, changes
+
+
+def _checks(cfg: FilterConfig, provider: Any, model: Model, document: Document) -> tuple[OperationCheck, ...]:
+    nominal = cfg.nominal or {}
+    try:
+        return settle_operations(
+            provider.operations,
+            nominal.get("operations", {}),
+            model.structure,
+            provider.kind,
+            allow_mismatch=bool(nominal.get("allow_mismatch", False)),
+        )
+    except ConfigError as error:
+        error.location = error.location or document.locate(("nominal", "operations"))
+        raise
+
+
+def _estimator(cfg: FilterConfig, build: _Builder, model: Model) -> KalmanConfig:
+    _, estimator = build.settings("estimator", cfg.estimator or {"kind": "kalman"}, ("estimator",))
+    for name in estimator.gates:
+        if name not in {m.name for m in model.measurements}:
+            raise ConfigError(
+                f"estimator.gates names no measurement: {name!r}",
+                location=build.document.locate(("estimator", "gates", name)),
+                hint=did_you_mean(name, (m.name for m in model.measurements)),
+            )
+    return estimator  # type: ignore[no-any-return]
+
+
+def _plan(model: Model, provider: Any, settings: ProviderSettings, estimator: KalmanConfig, document: Document) -> Plan:
+    layout = NominalLayout(provider.variables(settings.computed), model.derived)
+    gates = {m.name: estimator.gates.get(m.name, estimator.gate) for m in model.measurements}
+    try:
+        return make_plan(model, layout, provider.slots, kalman(estimator), gates)
+    except ConfigError as error:
+        error.location = error.location or document.locate(("process",))
+        raise

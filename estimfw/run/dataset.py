@@ -1,0 +1,175 @@
+"""The labelled result: what a run collected, as an xarray dataset."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from estimfw.kernels.fuse import MEANINGS
+from estimfw.run.run import Collected
+from estimfw.units.unit_text import parse_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["result_dataset"]
+
+
+def result_dataset(done: Collected) -> xr.Dataset:
+    """The result of a run as a dataset (see `estimfw.run.result_names` for its variables), SI units.
+
+    Nothing in it depends on the clock: the same config, data and seed make the same dataset.
+    """
+    import xarray as xr
+
+    problem = done.prepared.problem
+    time = done.prepared.steps.time
+    variables: dict[str, Any] = {
+        "estimate": (("time", "state"), done.estimate),
+        "sigma": (("time", "state"), done.sigma),
+        "covariance": (("covariance_time", "state", "state_column"), done.covariance),
+        **_outputs(done),
+        **_truths(done),
+        **_measurements(done),
+        **_events(done),
+    }
+    coordinates: dict[str, Any] = {
+        "time": ("time", time, {"units": "s", "long_name": "time, end of the step"}),
+        "covariance_time": ("covariance_time", time[done.covariance_index], {"units": "s"}),
+        "state_column": ("state_column", list(problem.plan.states)),
+        **_axis(
+            "state",
+            [label for b in problem.model.blocks for label in b.labels],
+            [b.unit for b in problem.model.blocks for _ in b.axes],
+            [b.display_unit or b.unit for b in problem.model.blocks for _ in b.axes],
+        ),
+    }
+    outputs = [o for o, _ in problem.plan.outputs]
+    if outputs:
+        coordinates |= _axis(
+            "output",
+            [label for o in outputs for label in o.labels],
+            [u for o in outputs for u in o.units],
+            [u for o in outputs for u in o.display_units],
+        )
+    for m in problem.plan.measurements:
+        j = [x.name for x in problem.plan.measurements].index(m.name)
+        coordinates[f"{m.name}_time"] = (f"{m.name}_time", time[done.disposition[:, j] >= 0], {"units": "s"})
+        coordinates[f"{m.name}_row"] = (f"{m.name}_row", [_row(label) for label in m.labels])
+    attributes = {
+        "title": problem.config.name,
+        "provenance": json.dumps(provenance(done)),
+        "policies": json.dumps([c.as_json() for c in problem.changes]),
+        "equivalence": json.dumps([c.as_json() for c in problem.checks]),
+    }
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _axis(name: str, labels: list[str], units: list[str], display: list[str]) -> dict[str, Any]:
+    scales = [float(parse_unit(u).scale) / float(parse_unit(d).scale) for u, d in zip(units, display, strict=True)]
+    return {
+        name: (name, labels),
+        f"{name}_unit": (name, units),
+        f"{name}_display_unit": (name, display),
+        f"{name}_display_scale": (name, np.array(scales)),
+    }
+
+
+def _row(label: str) -> str:
+    return label[label.index("[") + 1 : -1] if "[" in label else label
+
+
+def _outputs(done: Collected) -> dict[str, Any]:
+    if not done.output.shape[1]:
+        return {}
+    return {
+        "output_value": (("time", "output"), done.output),
+        "output_sigma": (("time", "output"), done.output_sigma),
+    }
+
+
+def _truths(done: Collected) -> dict[str, Any]:
+    if done.truth is None:
+        return {}
+    known: dict[str, Any] = {
+        "truth": (("time", "state"), done.truth),
+        "error": (("time", "state"), done.estimate - done.truth),
+    }
+    if done.output.shape[1] and done.output_truth is not None:
+        known["output_truth"] = (("time", "output"), done.output_truth)
+        known["output_error"] = (("time", "output"), done.output_error)
+    return known
+
+
+def _measurements(done: Collected) -> dict[str, Any]:
+    made: dict[str, Any] = {}
+    at = 0
+    plan = done.prepared.plan
+    for j, m in enumerate(plan.measurements):
+        due = done.disposition[:, j] >= 0
+        own = slice(at, at + m.rows)
+        at += m.rows
+        rows, time = f"{m.name}_row", f"{m.name}_time"
+        threshold = plan.thresholds(m)
+        made[f"{m.name}_innovation"] = ((time, rows), done.innovation[due, own], {"units": m.unit})
+        made[f"{m.name}_innovation_sigma"] = ((time, rows), done.innovation_sigma[due, own], {"units": m.unit})
+        made[f"{m.name}_nis"] = (time, done.nis[due, j])
+        made[f"{m.name}_used"] = (time, done.used[due, j].astype(np.int8))
+        made[f"{m.name}_disposition"] = (
+            time,
+            done.disposition[due, j].astype(np.int8),
+            {
+                "flag_values": np.arange(len(MEANINGS), dtype=np.int8),
+                "flag_meanings": " ".join(MEANINGS),
+                "unit": m.unit,
+                "threshold": float("nan") if threshold is None else float(threshold[-1]),
+            },
+        )
+    return made
+
+
+def _events(done: Collected) -> dict[str, Any]:
+    events = done.events
+    if not events:
+        return {}
+    return {
+        "event_time": ("event", np.array([e.time for e in events], dtype=float)),
+        "event_source": ("event", [e.source for e in events]),
+        "event_kind": ("event", [e.kind for e in events]),
+        "event_text": ("event", [e.text for e in events]),
+        "event_count": ("event", np.array([e.count for e in events], dtype=np.int64)),
+    }
+
+
+def provenance(done: Collected) -> dict[str, Any]:
+    """Where the result comes from: all that is needed to make it again."""
+    problem = done.prepared.problem
+    text = json.dumps(problem.document.data, sort_keys=True)
+    return {
+        "config": problem.document.data,
+        "config_sha256": hashlib.sha256(text.encode()).hexdigest(),
+        "config_files": [{"path": str(p), "sha256": digest} for p, digest in problem.document.files],
+        "plan_hash": problem.plan.hash,
+        "time_invariant": problem.plan.time_invariant,
+        "record": dict(done.prepared.record.attributes),
+        "start": done.prepared.start.source,
+        "seed": getattr(problem.source, "seed", None),
+        "kernel": done.prepared.scan.name,
+        "covariance": problem.estimator.covariance,
+        "loop": problem.estimator.loop,
+        "discretisation": problem.plan.discretisation.describe(),
+        "versions": versions(done.prepared.scan.name),
+    }
+
+
+def versions(kernel: str) -> dict[str, str]:
+    """Of the program, of the installed plugins, and of what computes."""
+    names = {"estimfw", "numpy", "scipy"} | ({"numba"} if kernel == "numba" else set())
+    names |= {e.dist.name for e in metadata.entry_points(group="estimfw") if e.dist is not None}
+    found = {name: metadata.version(name) for name in sorted(names)}
+    return {**found, "python": platform.python_version()}

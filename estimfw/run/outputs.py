@@ -1,0 +1,94 @@
+"""Outputs, truths and errors along a chunk of steps: vectorised, outside the filter loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.config.compose import Problem
+from estimfw.data.record import Truth
+from estimfw.estimators.scan import ChunkResult
+from estimfw.model.frame import rotation
+from estimfw.model.parts import Output, StateBlock
+from estimfw.plan.lowering import Lowered
+
+__all__ = ["output_values", "state_truth", "truth_at", "wrapped"]
+
+FloatArray = NDArray[np.float64]
+
+
+def output_values(
+    problem: Problem, output: Output, jacobian: Lowered, result: ChunkResult, rows: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Value and sigma (K, components) of an output for complete rows (K, size)."""
+    nominal = problem.plan.layout.unpack(rows)
+    estimates = {}
+    for name, _, frame in output.jacobian:
+        block = problem.model.block(name)
+        full = np.zeros((result.estimate.shape[0], len(block.all_axes)))
+        at = problem.model.offsets[name]
+        full[:, block.live] = result.estimate[:, at : at + len(block.axes)]
+        if frame is not None and block.frame is not None and frame != block.frame:
+            turn = rotation(block.frame, frame, problem.model.frame_map).evaluate(nominal)
+            full = np.einsum("...ij,...j->...i", turn, full)
+        estimates[name] = full
+    J = jacobian.evaluate(rows)
+    variance = np.einsum("kij,kjl,kil->ki", J, result.covariance, J)
+    return np.asarray(output.value(estimates, nominal), dtype=float), np.sqrt(np.maximum(variance, 0.0))
+
+
+def truth_at(truth: Truth | None, time: FloatArray) -> dict[str, FloatArray] | None:
+    """The truth at these instants (nearest sample); None where it is not known."""
+    if truth is None or not truth.time.size:
+        return None
+    index = np.clip(np.searchsorted(truth.time, time - 1e-9), 0, truth.time.size - 1)
+    count = truth.time.size
+    return {
+        name: np.asarray(value)[index]
+        if np.shape(value)[:1] == (count,)
+        else np.broadcast_to(value, (time.size, *np.shape(value)))
+        for name, value in truth.values.items()
+    }
+
+
+def state_truth(problem: Problem, rows: FloatArray, truth: Mapping[str, FloatArray]) -> FloatArray:
+    """True value of each state (K, n); NaN where it is not known."""
+    nominal = problem.plan.layout.unpack(rows)
+    values = np.full((rows.shape[0], len(problem.model.states)), np.nan)
+    for block in problem.model.blocks:
+        full = _block_truth(problem, block, nominal, truth)
+        if full is not None:
+            at = problem.model.offsets[block.name]
+            values[:, at : at + len(block.axes)] = full[:, block.live]
+    for i, label in enumerate(problem.model.states):
+        if f"state:{label}" in truth:
+            values[:, i] = truth[f"state:{label}"]
+    return values
+
+
+def _block_truth(
+    problem: Problem, block: StateBlock, nominal: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]
+) -> FloatArray | None:
+    try:
+        if block.truth_error is not None:
+            full = np.asarray(block.truth_error(nominal, truth), dtype=float)
+        elif block.truth in truth:
+            full = np.asarray(truth[block.truth], dtype=float)
+        else:
+            return None
+    except KeyError:
+        return None
+    if block.home_frame is None or block.frame is None or block.home_frame == block.frame:
+        return full
+    where = {**nominal, **truth}
+    turn = rotation(block.home_frame, block.frame, problem.model.frame_map).evaluate(where)
+    return np.asarray(np.einsum("...ij,...j->...i", turn, full))
+
+
+def wrapped(difference: FloatArray, period: float) -> FloatArray:
+    """Differences of angles in (-period / 2, period / 2]."""
+    if period <= 0.0:
+        return difference
+    return np.asarray(-(np.mod(-difference + 0.5 * period, period) - 0.5 * period))

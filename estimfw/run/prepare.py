@@ -1,0 +1,256 @@
+"""From a composed problem and its record to a bound filter: the start, the timeline, the scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.config.compose import Problem
+from estimfw.config.generic.simulate_model import inputs_at
+from estimfw.data.record import Event, Findings, Record
+from estimfw.data.timeline import Steps, Wanted, driven_steps, merged_steps
+from estimfw.errors import ConfigError, DataError
+from estimfw.estimators.numpy_scan import NumpyScan
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, row_offsets
+from estimfw.model.nominal import BoundProvider, InitialNominal
+from estimfw.plan.plan import Plan
+
+__all__ = ["Prepared", "Scan", "filter_start", "load_record", "make_chunk", "make_scan", "prepare"]
+
+FloatArray = NDArray[np.float64]
+
+#: From this many steps on the compiled kernel is quicker end to end, its start-up included: with a moving nominal every
+#: step makes its own matrices, without one a step is short.
+LONG_MOVING = 2_000
+LONG_STEADY = 50_000
+
+
+class Scan(Protocol):
+    """A recursion bound to plan, provider and start."""
+
+    name: str
+
+    def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]: ...
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A filter ready to run.
+
+    ``start`` and ``state`` are where it begins; ``steps`` is the timeline; ``events`` is what was found before the run.
+    """
+
+    problem: Problem
+    plan: Plan
+    record: Record
+    start: InitialNominal
+    bound: BoundProvider | None
+    steps: Steps
+    scan: Scan
+    state: FilterState
+    prior: tuple[FloatArray, FloatArray]
+    events: tuple[Event, ...]
+
+
+def load_record(problem: Problem) -> Record:
+    """The record of the config's source.
+
+    Raises
+    ------
+    ConfigError
+        There is no source.
+    DataError
+        It cannot be read.
+    """
+    if problem.source is None:
+        raise ConfigError(
+            "there is nothing to run on: the config has no source",
+            location=problem.document.locate(()),
+            hint="add a source, such as source: {kind: inertial.imu_log, file: my.imu}",
+        )
+    if hasattr(problem.source, "load_for"):
+        row = problem.plan.layout.pack(problem.reference)
+        made: Record = problem.source.load_for(problem.plan, problem.plan.layout.complete(row))
+        return made
+    loaded: Record = problem.source.load()
+    return loaded
+
+
+def prepare(problem: Problem, record: Record) -> Prepared:
+    """Bind plan, provider and record.
+
+    Raises
+    ------
+    DataError
+        The record lacks a stream, rows or a start.
+    """
+    found = [monitor.inspect(record) for monitor in problem.monitors]
+    given = problem.initial.find(record) if problem.initial is not None else None
+    start = problem.provider.start(given, record)
+    bound = problem.provider.bind(problem.settings)
+    steps = _until(_timeline(problem, record, start, found), found)
+    row = bound.initial_row(start) if bound is not None else problem.plan.layout.pack(problem.reference)
+    scan, state, prior = filter_start(problem, bound, start, row, steps)
+    events = (*record.events, *start.events, *(e for f in found for e in f.events), *steps.events)
+    return Prepared(problem, problem.plan, record, start, bound, steps, scan, state, prior, events)
+
+
+def _timeline(problem: Problem, record: Record, start: InitialNominal, found: list[Findings]) -> Steps:
+    plan = problem.plan
+    wanted = [Wanted(m.name, m.stream, m.every) for m in plan.measurements]
+    restarts = [*problem.estimator.restarts, *(t for f in found for t in f.restarts)]
+    driver = problem.provider.stream
+    if driver is None:
+        instants = [t for known in plan.inputs for t in known.times]
+        return merged_steps(record.streams, wanted, instants=instants, start=start.time, restarts=restarts)
+    if driver not in record.streams:
+        raise DataError(
+            f"the nominal provider needs the stream {driver!r}, which the source does not have",
+            hint=f"it has: {', '.join(sorted(record.streams)) or 'none'}",
+        )
+    per_step = problem.provider.samples_per_step
+    stream = record.streams[driver]
+    return driven_steps(stream, per_step, record.streams, wanted, start=start.time, restarts=restarts)
+
+
+def _until(steps: Steps, found: list[Findings]) -> Steps:
+    """Cut where a monitor wants the run to stop."""
+    stops = [f.stop for f in found if f.stop is not None]
+    if not stops:
+        return steps
+    keep = steps.time <= min(stops) + 1e-9
+    count = int(keep.sum())
+    if count == 0:
+        raise DataError(
+            f"the run would stop before its first step, at {min(stops):g} s", hint="the vehicle moves from the start"
+        )
+    due = {n: replace(d, row=d.row[keep], interval=d.interval[keep]) for n, d in steps.due.items()}
+    return replace(
+        steps,
+        time=steps.time[keep],
+        dt=steps.dt[keep],
+        rows=steps.rows[: count + 1],
+        due=due,
+        restart=steps.restart[keep],
+    )
+
+
+def filter_start(
+    problem: Problem, bound: BoundProvider | None, start: InitialNominal, row: FloatArray, steps: Steps
+) -> tuple[Scan, FilterState, tuple[FloatArray, FloatArray]]:
+    """The scan for so many steps, its first state, and the prior at the start."""
+    plan = problem.plan
+    nominal = plan.layout.unpack(plan.layout.complete(row))
+    mean, covariance = plan.prior.evaluate(nominal)
+    prior = (mean, _with_found_covariance(problem, covariance, start))
+    doublings = _doublings(plan, row, steps)
+    scan = make_scan(problem, bound, row, prior, doublings, len(steps))
+    provider = bound.initial_state(start) if bound is not None else np.zeros(0)
+    form = _form(problem, prior[1])
+    return scan, FilterState(mean.copy(), form, provider), prior
+
+
+def _form(problem: Problem, covariance: FloatArray) -> FloatArray:
+    from estimfw.kernels import joseph, ud
+
+    return (ud if problem.estimator.covariance == "ud" else joseph).factor(covariance)
+
+
+def _with_found_covariance(problem: Problem, covariance: FloatArray, start: InitialNominal) -> FloatArray:
+    """The prior with what an alignment found in place of the block's own."""
+    covariance = covariance.copy()
+    for block in problem.model.blocks:
+        found = start.covariance.get(block.quantity)
+        if found is None:
+            continue
+        at = problem.model.offsets[block.name]
+        own = slice(at, at + len(block.axes))
+        covariance[own, :] = covariance[:, own] = 0.0
+        covariance[own, own] = np.asarray(found)[np.ix_(block.live, block.live)]
+    return covariance
+
+
+def _doublings(plan: Plan, row: FloatArray, steps: Steps) -> dict[float, int]:
+    F = plan.F.evaluate(plan.layout.complete(row))
+    return {float(dt): plan.discretisation.doublings(F, float(dt)) for dt in np.unique(steps.dt)}
+
+
+def make_scan(
+    problem: Problem,
+    bound: BoundProvider | None,
+    row: FloatArray,
+    prior: tuple[FloatArray, FloatArray],
+    doublings: dict[float, int],
+    count: int,
+) -> Scan:
+    """NumPy for short work, compiled for long, or as the config says."""
+    settings = FilterSettings(problem.estimator.covariance, problem.estimator.loop == "closed")
+    plan = problem.plan
+    able = not plan.layout.derived or not _derived_in_dynamics(plan)
+    able = able and (bound is None or bound.compiled is not None)
+    wanted = problem.estimator.kernel
+    if wanted == "numba" and not able:
+        raise ConfigError(
+            "kernel: numba cannot run this model: its provider or a derived variable has no compiled form",
+            location=problem.document.locate(("estimator", "kernel")),
+            hint="use kernel: auto",
+        )
+    long = count >= (LONG_STEADY if plan.time_invariant and bound is None else LONG_MOVING)
+    made: Any = NumpyScan
+    if wanted == "numba" or (wanted == "auto" and able and long):
+        from estimfw.estimators.numba_scan import NumbaScan
+
+        made = NumbaScan
+    scan: Scan = made(plan, bound, settings, row, prior, doublings)
+    return scan
+
+
+def _derived_in_dynamics(plan: Plan) -> bool:
+    used = {p for table in (plan.F, plan.D, plan.B) for _, _, factors in table.monomials for p in factors}
+    used |= {p for m in plan.measurements for t in (m.H, m.innovation) for _, _, f in t.monomials for p in f}
+    return any(position >= plan.layout.provided for position in used)
+
+
+def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:
+    """Inputs of steps ``first`` up to (not including) ``last``."""
+    steps, plan = prepared.steps, prepared.plan
+    own = slice(first, last)
+    if prepared.bound is not None:
+        stream = prepared.record.streams[str(prepared.problem.provider.stream)]
+        samples = prepared.bound.samples(stream, steps.rows[first : last + 1])
+        samples[:, 0] = steps.dt[own]
+    else:
+        samples = np.zeros((last - first, 1))
+    begin = steps.time[own] - steps.dt[own]
+    readings, due, interval = _readings(prepared, own)
+    return Chunk(samples, steps.dt[own], steps.restart[own], inputs_at(plan, begin), readings, due, interval)
+
+
+def _readings(prepared: Prepared, own: slice) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
+    plan, steps = prepared.plan, prepared.steps
+    offsets, count = row_offsets(plan), own.stop - own.start
+    readings = np.zeros((count, offsets[-1]))
+    due = np.zeros((count, len(plan.measurements)), dtype=bool)
+    interval = np.ones((count, len(plan.measurements)))
+    for j, m in enumerate(plan.measurements):
+        entry = steps.due[m.name]
+        row = entry.row[own]
+        due[:, j], interval[:, j] = row >= 0, entry.interval[own]
+        if m.stream is not None:
+            stream = prepared.record.streams[m.stream]
+            columns = _columns(stream.columns, m.columns, m.name)
+            values = stream.values[:, columns][np.maximum(row, 0)]
+            readings[:, offsets[j] : offsets[j + 1]] = np.where((row >= 0)[:, None], values, np.nan)
+    return readings, due, interval
+
+
+def _columns(found: tuple[str, ...], wanted: tuple[str, ...], name: str) -> list[int]:
+    missing = [c for c in wanted if c not in found]
+    if missing:
+        raise DataError(
+            f"measurement {name!r} needs the column {missing[0]!r}", hint=f"the stream has: {', '.join(found)}"
+        )
+    return [found.index(c) for c in wanted]

@@ -1,0 +1,190 @@
+"""Run a prepared filter over its record, chunk by chunk, and collect the result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.config.compose import Problem
+from estimfw.data.record import Event, Record
+from estimfw.errors import NumericalError
+from estimfw.estimators.scan import ChunkResult
+from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
+from estimfw.run.prepare import Prepared, load_record, make_chunk, prepare
+
+__all__ = ["Collected", "Timing", "run_problem"]
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+CHUNK = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """Wall times in s: reading (or simulating) the record, preparing, and provider and filter together."""
+
+    load: float
+    prepare: float
+    filter: float
+
+
+@dataclass(frozen=True)
+class Collected:
+    """Everything along the run, as arrays over the steps; `estimfw.run.dataset` labels it."""
+
+    prepared: Prepared
+    estimate: FloatArray
+    sigma: FloatArray
+    covariance_index: NDArray[np.int64]
+    covariance: FloatArray
+    innovation: FloatArray
+    innovation_sigma: FloatArray
+    nis: FloatArray
+    disposition: NDArray[np.int64]
+    used: NDArray[np.int64]
+    output: FloatArray
+    output_sigma: FloatArray
+    truth: FloatArray | None
+    output_truth: FloatArray | None
+    output_error: FloatArray | None
+    events: tuple[Event, ...]
+    timing: Timing
+
+
+def run_problem(problem: Problem, progress: Progress | None = None, record: Record | None = None) -> Collected:
+    """Load, prepare, run.
+
+    Parameters
+    ----------
+    problem : Problem
+    progress : callable, optional
+        Called with steps done and steps in all, after each chunk.
+    record : Record, optional
+        Instead of the one that the config's source makes.
+
+    Raises
+    ------
+    EstimfwError
+        Of any kind; nothing is written.
+    """
+    begin = time.perf_counter()
+    record = record if record is not None else load_record(problem)
+    loaded = time.perf_counter()
+    prepared = prepare(problem, record)
+    ready = time.perf_counter()
+    pieces, filtering = _scan(prepared, progress)
+    timing = Timing(loaded - begin, ready - loaded, filtering)
+    return _collect(prepared, pieces, timing)
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """One chunk after the filter: what is kept of it."""
+
+    result: ChunkResult
+    sigma: FloatArray
+    output: FloatArray
+    output_sigma: FloatArray
+    truth: FloatArray | None
+    output_truth: FloatArray | None
+    covariance: FloatArray
+
+
+def _scan(prepared: Prepared, progress: Progress | None) -> tuple[list[_Piece], float]:
+    steps, state, pieces, spent = prepared.steps, prepared.state, [], 0.0
+    wanted = covariance_steps(len(steps), prepared.problem.estimator.covariance_samples)
+    for first in range(0, len(steps), CHUNK):
+        last = min(first + CHUNK, len(steps))
+        chunk = make_chunk(prepared, first, last)
+        begin = time.perf_counter()
+        state, result = prepared.scan.run(state, chunk)
+        spent += time.perf_counter() - begin
+        _check_finite(prepared, result, first)
+        pieces.append(_piece(prepared, result, first, last, wanted))
+        if progress is not None:
+            progress(last, len(steps))
+    return pieces, spent
+
+
+def covariance_steps(count: int, samples: int) -> NDArray[np.int64]:
+    """Steps at which the whole covariance is kept: evenly spread, the last one always."""
+    return np.unique(np.linspace(0, count - 1, min(count, samples)).round().astype(np.int64))
+
+
+def _check_finite(prepared: Prepared, result: ChunkResult, first: int) -> None:
+    variance = np.einsum("kii->ki", result.covariance)
+    good = np.isfinite(result.estimate) & np.isfinite(variance) & (variance >= -1e-30)
+    if not np.all(good):
+        k, i = np.argwhere(~good)[0]
+        raise NumericalError(
+            f"the filter left the numbers at step {first + k + 1} (t = {prepared.steps.time[first + k]:g} s): "
+            f"{prepared.plan.states[i]} = {result.estimate[k, i]:g}, variance {variance[k, i]:g}",
+            hint="use estimator.covariance: ud, and discretisation.method: van_loan",
+        )
+
+
+def _piece(prepared: Prepared, result: ChunkResult, first: int, last: int, wanted: NDArray[np.int64]) -> _Piece:
+    problem = prepared.problem
+    rows = problem.plan.layout.complete(result.rows)
+    values = [output_values(problem, o, j, result, rows) for o, j in problem.plan.outputs]
+    empty = np.zeros((last - first, 0))
+    truth = truth_at(prepared.record.truth, prepared.steps.time[first:last])
+    true_outputs = None
+    if truth is not None:
+        parts = [
+            np.asarray(o.truth(truth), dtype=float)
+            if o.truth is not None
+            else np.full((last - first, len(o.components)), np.nan)
+            for o, _ in problem.plan.outputs
+        ]
+        true_outputs = np.concatenate(parts, axis=1) if parts else empty
+    inside = wanted[(wanted >= first) & (wanted < last)] - first
+    return _Piece(
+        result=result,
+        sigma=np.sqrt(np.maximum(np.einsum("kii->ki", result.covariance), 0.0)),
+        output=np.concatenate([v for v, _ in values], axis=1) if values else empty,
+        output_sigma=np.concatenate([s for _, s in values], axis=1) if values else empty,
+        truth=state_truth(problem, rows, truth) if truth is not None else None,
+        output_truth=true_outputs,
+        covariance=result.covariance[inside],
+    )
+
+
+def _collect(prepared: Prepared, pieces: list[_Piece], timing: Timing) -> Collected:
+    def joined(name: str) -> FloatArray:
+        return np.concatenate([getattr(p.result, name) for p in pieces])
+
+    def kept(name: str) -> FloatArray:
+        return np.concatenate([getattr(p, name) for p in pieces])
+
+    known = pieces[0].truth is not None
+    output, output_truth = kept("output"), kept("output_truth") if known else None
+    error = None
+    if output_truth is not None:
+        periods = [o.period for o, _ in prepared.plan.outputs for _ in o.components]
+        columns = [wrapped(output[:, i] - output_truth[:, i], p) for i, p in enumerate(periods)]
+        error = np.stack(columns, axis=1) if columns else np.zeros_like(output)
+    return Collected(
+        prepared=prepared,
+        estimate=joined("estimate"),
+        sigma=kept("sigma"),
+        covariance_index=covariance_steps(len(prepared.steps), prepared.problem.estimator.covariance_samples),
+        covariance=kept("covariance"),
+        innovation=joined("innovation"),
+        innovation_sigma=joined("sigma"),
+        nis=joined("nis"),
+        disposition=joined("disposition").astype(np.int64),
+        used=joined("used").astype(np.int64),
+        output=output,
+        output_sigma=kept("output_sigma"),
+        truth=kept("truth") if known else None,
+        output_truth=output_truth,
+        output_error=error,
+        events=prepared.events,
+        timing=timing,
+    )
