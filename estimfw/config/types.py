@@ -14,9 +14,9 @@ A default is given in SI. Every type has a JSON Schema with a pattern and exampl
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, StringConstraints, model_validator
+from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, StringConstraints
 
 from estimfw.config.noise_level import NoiseLevel, noise
 from estimfw.config.quantity_types import (
@@ -26,12 +26,10 @@ from estimfw.config.quantity_types import (
     positive_quantity_vector,
     quantity,
     quantity_vector,
-    refuse,
 )
 
 __all__ = [
     "Identifier",
-    "MeasurementSettings",
     "Names",
     "NoiseLevel",
     "NonNegative",
@@ -47,7 +45,6 @@ __all__ = [
     "positive_quantity_vector",
     "quantity",
     "quantity_vector",
-    "refuse",
 ]
 
 
@@ -79,21 +76,3 @@ class Site(Settings):
         float, quantity("rad", minimum="-180 deg", maximum="360 deg", examples=("75 deg", "-1.3 rad"))
     ] = 0.0
     height: Annotated[float, quantity("m")] = 0.0
-
-
-class MeasurementSettings(Settings):
-    """Base of measurement configs: a noise of zero must be meant."""
-
-    perfect: bool = Field(default=False, description="allow a noise of zero")
-
-    @model_validator(mode="after")
-    def _zero_noise_is_meant(self) -> Self:
-        for name in type(self).model_fields:
-            level = getattr(self, name)
-            if isinstance(level, NoiseLevel) and level.has_zero and not self.perfect:
-                refuse(
-                    f"{name} is zero: the measurement would be trusted without limit",
-                    "give its noise, or say perfect: true",
-                    name,
-                )
-        return self

@@ -1,0 +1,82 @@
+"""The top level of a config. Components stay raw mappings with a ``kind``: their models belong to whoever brings them."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, Strict
+
+from estimfw.config.quantity_types import refuse
+from estimfw.config.types import Identifier, Settings, Site
+
+__all__ = ["KIND", "Correlation", "FilterConfig", "PriorConfig"]
+
+#: ``kalman`` is the framework's own, ``inertial.strapdown`` a plugin's.
+KIND = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)?")
+
+
+def _kind_is_a_name(value: object) -> None:
+    if not isinstance(value, str) or not KIND.fullmatch(value):
+        refuse(f"{value!r} is no kind", "a kind is a name such as kalman or inertial.strapdown", "kind")
+
+
+def _with_kind(section: dict[str, Any]) -> dict[str, Any]:
+    if "kind" not in section:
+        refuse("the key 'kind' is missing", "it says which component this is, such as kind: kalman")
+    _kind_is_a_name(section["kind"])
+    return section
+
+
+def _kind_if_any(section: dict[str, Any]) -> dict[str, Any]:
+    if "kind" in section:
+        _kind_is_a_name(section["kind"])
+    return section
+
+
+def _policy(section: str | dict[str, Any]) -> str | dict[str, Any]:
+    if isinstance(section, dict):
+        return _with_kind(section)
+    _kind_is_a_name(section)
+    return section
+
+
+Section = Annotated[dict[str, Any], AfterValidator(_with_kind)]
+OptionalKind = Annotated[dict[str, Any], AfterValidator(_kind_if_any)]
+PolicySection = Annotated[str | dict[str, Any], AfterValidator(_policy)]
+
+
+class Correlation(Settings):
+    """Two states of the prior that belong together."""
+
+    between: Annotated[tuple[str, str], Strict(False), Field(description="two state labels, such as tilt[E]")]
+    value: Annotated[float, Field(ge=-1.0, le=1.0, description="correlation coefficient")]
+
+
+class PriorConfig(Settings):
+    """What the prior holds besides the sigmas of the blocks."""
+
+    correlations: Annotated[tuple[Correlation, ...], Strict(False)] = ()
+
+
+class FilterConfig(Settings):
+    """A filter, its data and its checks.
+
+    ``blocks``, ``process``, ``inputs``, ``measurements`` and ``monitors`` hold named components, each with its ``kind``.
+    """
+
+    estimfw: Annotated[Literal[1], Field(description="version of the config language")]
+    name: str = Field(default="", max_length=200, description="for people")
+    extends: str | None = Field(default=None, description="a config that this one is laid over")
+    site: Site | None = None
+    nominal: Section | None = None
+    initial_attitude: OptionalKind | None = None
+    blocks: dict[Identifier, Section] = Field(min_length=1)
+    process: dict[Identifier, Section] = {}
+    inputs: dict[Identifier, Section] = {}
+    measurements: dict[Identifier, Section] = {}
+    prior: PriorConfig | None = None
+    policies: Annotated[tuple[PolicySection, ...], Strict(False)] = ()
+    estimator: Section | None = None
+    monitors: dict[Identifier, Section] = {}
+    source: Section | None = None
