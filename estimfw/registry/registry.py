@@ -1,0 +1,96 @@
+"""All components that a config can name, and the plugins that could not bring theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from estimfw.errors import ConfigError, PluginError
+from estimfw.registry.component import Component
+from estimfw.registry.plugin import Plugin
+from estimfw.spelling import did_you_mean
+
+__all__ = ["CORE", "Registry"]
+
+#: Under this name the framework itself stands among the plugins; its components have bare names.
+CORE = "estimfw"
+
+
+@dataclass(frozen=True, slots=True)
+class Registry:
+    """Components by role and id.
+
+    Attributes
+    ----------
+    plugins : tuple of Plugin
+        The framework first, then all plugins that were found.
+    """
+
+    plugins: tuple[Plugin, ...]
+    _components: dict[tuple[str, str], Component] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        table = {(c.role, _id(p, c)): c for p in self.plugins if p.status == "loaded" for c in p.components}
+        object.__setattr__(self, "_components", table)
+
+    @property
+    def failed(self) -> tuple[Plugin, ...]:
+        """Plugins that were found and are not loaded."""
+        return tuple(p for p in self.plugins if p.status != "loaded")
+
+    def ids(self, role: str | None = None) -> tuple[str, ...]:
+        """The ids of a role (of all roles), sorted."""
+        return tuple(sorted({kind for r, kind in self._components if role in (None, r)}))
+
+    def components(self, role: str | None = None) -> Iterator[tuple[str, Component]]:
+        """Id and component, sorted by role and id."""
+        for (r, kind), component in sorted(self._components.items(), key=lambda item: item[0]):
+            if role in (None, r):
+                yield kind, component
+
+    def get(self, role: str, kind: str) -> Component:
+        """The component that a config means.
+
+        Parameters
+        ----------
+        role : str
+            Such as ``block``.
+        kind : str
+            ``plugin.name``, or the bare name of a component of the framework.
+
+        Raises
+        ------
+        ConfigError
+            No such component, with the nearest names and the plugins that failed to load.
+        PluginError
+            The component belongs to a plugin that failed to load; ``__cause__`` is what it raised.
+        """
+        component = self._components.get((role, kind))
+        if component is not None:
+            return component
+        for plugin in self.failed:
+            if "." in kind and kind.partition(".")[0] == plugin.name:
+                raise _unusable(plugin, role, kind) from plugin.cause
+        raise ConfigError(f"unknown {role} kind {kind!r}", hint="\n  ".join(self._hints(role, kind)))
+
+    def _hints(self, role: str, kind: str) -> list[str]:
+        hints = [did_you_mean(kind, self.ids(role))]
+        other = sorted(r for r, k in self._components if k == kind)
+        if other:
+            hints.insert(0, f"{kind!r} is a {' and a '.join(other)}, no {role}")
+        if self.failed:
+            names = "; ".join(f"{p.name} from {p.origin} ({p.status}: {p.reason})" for p in self.failed)
+            hints.append(f"plugins that are not loaded: {names}")
+        return hints
+
+
+def _id(plugin: Plugin, component: Component) -> str:
+    return component.name if plugin.name == CORE else f"{plugin.name}.{component.name}"
+
+
+def _unusable(plugin: Plugin, role: str, kind: str) -> PluginError:
+    return PluginError(
+        f"the {role} kind {kind!r} needs the plugin {plugin.name!r} from {plugin.origin}, which is {plugin.status}: "
+        f"{plugin.reason}",
+        hint=plugin.traceback.rstrip().replace("\n", "\n  ") or "install a version that fits this program",
+    )
