@@ -71,6 +71,7 @@ class Problem:
     document : Document
     full, model : Model
         Before and after the policies.
+    policies : tuple of Policy
     changes : tuple of Change
     checks : tuple of OperationCheck
     provider : NominalProvider
@@ -91,6 +92,7 @@ class Problem:
     document: Document
     full: Model
     model: Model
+    policies: tuple[Policy, ...]
     changes: tuple[Change, ...]
     checks: tuple[OperationCheck, ...]
     provider: NominalProvider | ConstantNominal
@@ -183,7 +185,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     settings = replace(settings, evaluation=discretisation.evaluation)
     plan = _plan(model, provider, settings, estimator, document)
     return Problem(
-        config=cfg, document=document, full=full, model=model, changes=tuple(changes), checks=checks, provider=provider,
+        config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes), checks=checks, provider=provider,
         settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
         warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry)),

@@ -6,6 +6,7 @@ import hashlib
 import json
 import platform
 from importlib import metadata
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -153,7 +154,7 @@ def provenance(done: Collected) -> dict[str, Any]:
     return {
         "config": problem.document.data,
         "config_sha256": hashlib.sha256(text.encode()).hexdigest(),
-        "config_files": [{"path": str(p), "sha256": digest} for p, digest in problem.document.files],
+        "config_files": [{"name": Path(p).name, "sha256": _digest(Path(p))} for p in problem.document.files],
         "plan_hash": problem.plan.hash,
         "time_invariant": problem.plan.time_invariant,
         "record": dict(done.prepared.record.attributes),
@@ -165,6 +166,10 @@ def provenance(done: Collected) -> dict[str, Any]:
         "discretisation": problem.plan.discretisation.describe(),
         "versions": versions(done.prepared.scan.name),
     }
+
+
+def _digest(path: Path) -> str | None:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
 def versions(kernel: str) -> dict[str, str]:

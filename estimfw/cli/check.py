@@ -1,0 +1,46 @@
+"""``estimfw check``: everything but the run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from estimfw.cli.opening import config_arguments, open_problem
+
+__all__ = ["command"]
+
+
+@click.command("check")
+@config_arguments
+@click.option("--data/--no-data", default=True, help="Read the record and check it too (default: yes).")
+def command(config: Path, overrides: tuple[str, ...], as_json: bool, data: bool) -> None:
+    """Check CONFIG: the config, the model, the policies, the plan, the record; everything but the run."""
+    from estimfw.analysis.directions import undetectable_directions
+    from estimfw.run.prepare import load_record, prepare
+
+    problem = open_problem(config, overrides)
+    notes = [
+        f"not determined by the measurements: {d}" for d in undetectable_directions(problem.model, problem.reference)
+    ]
+    steps, kernel = None, None
+    if data and problem.source is not None:
+        prepared = prepare(problem, load_record(problem))
+        steps, kernel = len(prepared.steps), prepared.scan.name
+        notes.extend(f"{e.source}: {e.kind}, {e.text}" for e in prepared.events)
+    found = {
+        "ok": True,
+        "states": list(problem.model.states),
+        "time_invariant": problem.plan.time_invariant,
+        "steps": steps,
+        "kernel": kernel,
+        "notes": notes,
+        "warnings": list(problem.warnings),
+    }
+    if as_json:
+        click.echo(json.dumps(found))
+        return
+    click.echo(f"ok: {len(problem.model.states)} states" + (f", {steps} steps, {kernel} kernel" if steps else ""))
+    for note in notes:
+        click.echo(f"note: {note}")

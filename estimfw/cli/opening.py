@@ -1,0 +1,51 @@
+"""From the words on the command line to a composed problem."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from estimfw.config.compose import Problem
+
+__all__ = ["config_arguments", "open_problem", "say"]
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def config_arguments(command: F) -> F:
+    """CONFIG, ``--set`` and ``--json``, the same for every command."""
+    for decorate in (
+        click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON on standard output."),
+        click.option(
+            "--set", "overrides", multiple=True, metavar="PATH=VALUE", help="Override a value: --set a.b[0]=1."
+        ),
+        click.argument("config", type=click.Path(path_type=Path)),
+    ):
+        command = decorate(command)
+    return command
+
+
+def open_problem(config: Path, overrides: Sequence[str]) -> Problem:
+    """Load the config and the plugins, and compose; warnings go to standard error."""
+    from estimfw.config.compose import compose
+    from estimfw.config.generic.components import core_components
+    from estimfw.config.load import load_document
+    from estimfw.registry.load import load_plugins
+
+    document = load_document(config, overrides)
+    problem = compose(document, load_plugins(core_components()))
+    for warning in problem.warnings:
+        say(f"warning: {warning}", style="yellow")
+    return problem
+
+
+def say(text: str, style: str = "") -> None:
+    """For people, on standard error."""
+    from rich.console import Console
+    from rich.text import Text
+
+    Console(stderr=True).print(Text(text, style=style), soft_wrap=True)

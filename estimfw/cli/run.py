@@ -1,0 +1,103 @@
+"""``estimfw run``: the filter over its record."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from estimfw.cli.opening import config_arguments, open_problem, say
+
+if TYPE_CHECKING:
+    from estimfw.run.run import Collected, Progress
+
+__all__ = ["command"]
+
+
+@click.command("run")
+@config_arguments
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the result (default: results/CONFIG).")
+@click.option("--force", is_flag=True, help="Replace a result that is there.")
+@click.option("--at", type=float, help="Answer for this instant (s) instead of the last.")
+@click.option("--csv", is_flag=True, help="Write the outputs over time as outputs.csv too.")
+@click.option("--report/--no-report", default=True, help="Pictures and page (default: yes).")
+def command(
+    config: Path, overrides: tuple[str, ...], as_json: bool, output: Path | None, force: bool, at: float | None, csv: bool,
+    report: bool,
+) -> None:  # fmt: skip
+    """Run the filter of CONFIG over its record.
+
+    Writes result.nc, summary.json, pictures and report.html into the output folder. With --json and without --output nothing
+    is written: the answer goes to standard output alone.
+    """
+    from estimfw.run.answer import answer
+    from estimfw.run.dataset import result_dataset
+    from estimfw.run.files import output_folder
+    from estimfw.run.run import run_problem
+
+    problem = open_problem(config, overrides)
+    folder = output if output is not None or as_json else Path("results") / config.stem
+    if folder is not None:
+        with output_folder(folder, ["result.nc", "summary.json", "report.html"], force=force):
+            with _progress(as_json) as progress:
+                done = run_problem(problem, progress)
+            dataset = result_dataset(done)
+            written = _write(dataset, done, folder, force=force, csv=csv, report=report)
+    else:
+        with _progress(as_json) as progress:
+            done = run_problem(problem, progress)
+        dataset, written = result_dataset(done), []
+    if as_json:
+        click.echo(json.dumps(answer(dataset, at=at) | {"timing": _timing(done)}, allow_nan=False))
+        return
+    from rich.console import Console
+
+    from estimfw.report.terminal import end_report
+
+    console = Console()
+    for part in end_report(dataset if at is None else dataset.sel(time=slice(None, at)), written):
+        console.print(part)
+    t = done.timing
+    say(f"{len(done.prepared.steps)} steps with the {done.prepared.scan.name} kernel: {t.filter:.2f} s", style="dim")
+
+
+def _write(dataset: Any, done: Collected, folder: Path, *, force: bool, csv: bool, report: bool) -> list[Path]:
+    from estimfw.run.answer import answer, outputs_csv
+    from estimfw.run.files import write_text
+    from estimfw.run.result_file import write_result
+
+    written = [write_result(dataset, folder / "result.nc", force=force)]
+    text = json.dumps(answer(dataset), indent=2, allow_nan=False) + "\n"
+    written.append(write_text(folder / "summary.json", text, force=force))
+    if csv:
+        written.append(write_text(folder / "outputs.csv", outputs_csv(dataset), force=force))
+    if report:
+        from estimfw.report.write import write_report
+
+        written.extend(write_report(dataset, folder, force=force))
+    return written
+
+
+def _timing(done: Collected) -> dict[str, float]:
+    t = done.timing
+    return {"load_s": t.load, "prepare_s": t.prepare, "filter_s": t.filter}
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Progress | None]:
+    """A rich bar on standard error where that is a terminal."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield None
+        return
+    from rich.progress import Progress as Bar
+
+    with Bar(console=console, transient=True) as bar:
+        task = bar.add_task("filtering", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,0 +1,91 @@
+"""What a composed filter is: its labelled matrices, what each policy did, equivalence, ranks, time invariance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.analysis.directions import undetectable_directions
+from estimfw.config.compose import Problem
+from estimfw.model.model import Model
+from estimfw.policies.prune_unobservable import model_observability
+from estimfw.policies.sequence import apply_policies
+
+__all__ = ["Stage", "explain_json", "stages"]
+
+FloatArray = NDArray[np.float64]
+
+
+class Stage:
+    """A model along the policies: its name, number of states and rank at the reference nominal."""
+
+    def __init__(self, name: str, model: Model, problem: Problem) -> None:
+        self.name, self.states = name, len(model.states)
+        self.rank = model_observability(model, problem.reference).rank
+
+
+def stages(problem: Problem) -> list[Stage]:
+    """The model as configured, and after each policy."""
+    model = problem.full
+    found = [Stage("as configured", model, problem)]
+    for policy in problem.policies:
+        model, _ = apply_policies(model, [policy], problem.reference)
+        found.append(Stage(policy.label, model, problem))
+    return found
+
+
+def explain_json(problem: Problem) -> dict[str, Any]:
+    """Everything in SI units, for machines; a varying F stands at the provider's initial nominal."""
+    model, nominal = problem.model, problem.reference
+    values = {**nominal, **derived(problem)}
+    H = [model.H(m.name).coefficient.evaluate(values) for m in model.measurements]
+    kinds = {m.name: m.noise for m in model.measurements}
+    R = [model.R(m.name) for m in model.measurements]
+    mean, covariance = model.prior.evaluate(nominal)
+    along = stages(problem)
+    return {
+        "name": problem.config.name,
+        "states": list(model.states),
+        "units": list(problem.plan.units),
+        "F": model.F.coefficient.evaluate(values).tolist(),
+        "G": model.G.coefficient.evaluate(values).tolist(),
+        "noise_inputs": list(model.G.columns),
+        "Q": model.Q.tolist(),
+        "H": np.vstack(H).tolist() if H else [],
+        "measurement_rows": [label for m in model.measurements for label in m.labels],
+        "R": _block_diagonal(R).tolist(),
+        "R_kind": next(iter(kinds.values())) if len(set(kinds.values())) == 1 else kinds,
+        "measurements": {
+            m.name: {"rows": list(m.labels), "unit": m.unit, "H": h.tolist(), "R": r.tolist(), "R_kind": m.noise}
+            for m, h, r in zip(model.measurements, H, R, strict=True)
+        },
+        "prior": {"mean": mean.tolist(), "covariance": covariance.tolist()},
+        "time_invariant": problem.plan.time_invariant,
+        "reason": problem.plan.reason,
+        "discretisation": problem.plan.discretisation.describe(),
+        "terms": [{"label": t.label, "target": t.target, "source": t.source, "text": t.text} for t in model.terms],
+        "policies": [c.as_json() for c in problem.changes],
+        "equivalence": [c.as_json() for c in problem.checks],
+        "rank": along[-1].rank,
+        "stages": [{"name": s.name, "states": s.states, "rank": s.rank} for s in along],
+        "unobservable": undetectable_directions(model, nominal),
+        "plan_hash": problem.plan.hash,
+    }
+
+
+def derived(problem: Problem) -> dict[str, FloatArray]:
+    """Derived nominal variables at the reference nominal."""
+    values = dict(problem.reference)
+    made: dict[str, FloatArray] = {}
+    for d in problem.model.derived:
+        if all(need in values for need in d.needs):
+            made[d.name] = np.asarray(d.function(**{need: values[need] for need in d.needs}), dtype=float)
+    return made
+
+
+def _block_diagonal(parts: list[FloatArray]) -> FloatArray:
+    from scipy.linalg import block_diag
+
+    return np.asarray(block_diag(*parts), dtype=float) if parts else np.zeros((0, 0))

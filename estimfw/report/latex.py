@@ -1,0 +1,91 @@
+"""The equations of a model as LaTeX: a line for each state, as assembled, and a line for each term."""
+
+from __future__ import annotations
+
+from estimfw.model.coefficient import Coefficient, symbol
+from estimfw.model.model import Model
+from estimfw.model.parts import NoiseInput, ProcessTerm, StateBlock
+from estimfw.model.polynomial import Monomial
+
+__all__ = ["model_latex"]
+
+
+def model_latex(model: Model) -> str:
+    """Terms, assembled equations, measurements; a whole ``align*`` environment each."""
+    terms = [f"  & \\text{{{t.label.replace('_', ' ')}}} && {_term(model, t)} \\\\" for t in model.terms]
+    states = [s for block in model.blocks for s in _states(block)]
+    noises = [_noise(n, axis) for n in (model.settled(n) for n in model.noises) for axis in n.axes]
+    inputs = [f"\\mathrm{{{k.name.replace('_', '~')}}}_{{{a}}}" for k in model.inputs for a in k.axes]
+    equations = []
+    for i, name in enumerate(states):
+        right = _row(model.F.coefficient, i, states) + _row(model.G.coefficient, i, noises)
+        right += _row(model.B.coefficient, i, inputs)
+        equations.append(f"  \\dot{{{_bare(name)}}}{name[len(_bare(name)) :]} &= {_joined(right)} \\\\")
+    rows = []
+    for m in model.measurements:
+        for i, label in enumerate(m.rows):
+            right = _row(model.H(m.name).coefficient, i, states)
+            rows.append(f"  z_{{{label or m.name.replace('_', '~')}}} &= {_joined(right)} + v \\\\")
+    return "\n".join(
+        f"% {title}\n\\begin{{align*}}\n" + "\n".join(lines) + "\n\\end{align*}"
+        for title, lines in (("terms", terms), ("dynamics", equations), ("measurements", rows))
+        if lines
+    )
+
+
+def _bare(name: str) -> str:
+    return name[: name.rindex("_{")] if "_{" in name else name
+
+
+def _block(block: StateBlock) -> str:
+    return block.latex or f"\\mathrm{{{block.name.replace('_', '~')}}}"
+
+
+def _states(block: StateBlock) -> list[str]:
+    return [f"{_block(block)}_{{{axis}}}" if axis else _block(block) for axis in block.axes]
+
+
+def _noise(noise: NoiseInput, axis: str) -> str:
+    word = noise.name.replace("_noise", "").replace("_", "~").replace(".noise", "")
+    return f"w_{{\\mathrm{{{word}}},{axis}}}" if axis else f"w_{{\\mathrm{{{word}}}}}"
+
+
+def _term(model: Model, term: ProcessTerm) -> str:
+    target, source = model.block(term.target), model.source(term.source)
+    right = _block(source) if isinstance(source, StateBlock) else f"\\mathrm{{{term.source.replace('_', '~')}}}"
+    frame = f"^{{{term.frame}}}" if term.frame else ""
+    form = term.coefficient.form
+    factor = {"I": "", "-I": "-"}.get(form, f"{form}\\," if form else "A\\,")
+    return f"\\dot{{{_block(target)}}}{frame} \\mathrel{{+}}= {factor}{right}"
+
+
+def _row(matrix: Coefficient, row: int, names: list[str]) -> list[str]:
+    return [_monomial(monomial, names[j]) for i, j, polynomial in matrix.entries if i == row for monomial in polynomial]
+
+
+def _monomial(monomial: Monomial, name: str) -> str:
+    constant, factors = monomial
+    sign = "-" if constant < 0 else "+"
+    size = "" if abs(constant) == 1.0 else _number(abs(constant))
+    symbols = [_element(variable, index) for variable, index in factors]
+    return f"{sign} " + "\\,".join([s for s in (size, *symbols, name) if s])
+
+
+def _element(variable: str, index: tuple[int, ...]) -> str:
+    base = symbol(variable)
+    if not index:
+        return base
+    return f"[{base}]_{{{','.join(str(k + 1) for k in index)}}}"
+
+
+def _number(value: float) -> str:
+    text = f"{value:.6g}"
+    if "e" not in text:
+        return text
+    mantissa, exponent = text.split("e")
+    return f"{mantissa} \\cdot 10^{{{int(exponent)}}}"
+
+
+def _joined(parts: list[str]) -> str:
+    text = " ".join(parts) or "0"
+    return text[2:] if text.startswith("+ ") else text
