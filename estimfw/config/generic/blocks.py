@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 Value = str | float
-Values = Annotated[Value | tuple[Value, ...], Strict(False), Field(examples=["0.1 m", ["0.1 m", "0.2 m"]])]
+Values = Annotated[Value | Annotated[tuple[Value, ...], Strict(False)], Field(examples=["0.1 m", ["0.1 m", "0.2 m"]])]
 
 
 class _BlockConfig(Settings):
