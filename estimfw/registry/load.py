@@ -13,8 +13,8 @@ import pluggy
 from estimfw import __version__
 from estimfw.registry import hookspecs
 from estimfw.registry.component import API_VERSION, ROLES, Component
-from estimfw.registry.plugin import Plugin, Status
-from estimfw.registry.registry import CORE, Registry
+from estimfw.registry.plugin import CORE, Plugin, Status
+from estimfw.registry.registry import Registry
 
 __all__ = ["load_plugins"]
 
@@ -73,6 +73,8 @@ def _load(point: EntryPoint, taken: dict[str, Plugin]) -> Plugin:
 def _components_of(point: EntryPoint, taken: dict[str, Plugin]) -> tuple[Component, ...]:
     if not _NAME.fullmatch(point.name):
         raise _Refused("incompatible", f"the name {point.name!r} is no lower-case identifier")
+    if point.name == CORE:
+        raise _Refused("incompatible", f"the name {CORE!r} is the framework's own")
     if point.name in taken:
         first, (name, version) = taken[point.name], _origin(point)
         raise _Refused(

@@ -7,7 +7,10 @@ from typing import Literal
 
 from estimfw.registry.component import Component
 
-__all__ = ["Plugin", "Status"]
+__all__ = ["CORE", "Plugin", "Status"]
+
+#: Under this name the framework itself stands among the plugins; its components have bare names.
+CORE = "estimfw"
 
 Status = Literal["loaded", "failed", "incompatible"]
 
@@ -46,3 +49,7 @@ class Plugin:
     def origin(self) -> str:
         """``estimfw-inertial 0.1.0``."""
         return f"{self.distribution} {self.version}"
+
+    def id_of(self, component: Component) -> str:
+        """The ``kind`` by which a config names one of its components."""
+        return component.name if self.name == CORE else f"{self.name}.{component.name}"

@@ -10,10 +10,7 @@ from estimfw.registry.component import Component
 from estimfw.registry.plugin import Plugin
 from estimfw.spelling import did_you_mean
 
-__all__ = ["CORE", "Registry"]
-
-#: Under this name the framework itself stands among the plugins; its components have bare names.
-CORE = "estimfw"
+__all__ = ["Registry"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +27,7 @@ class Registry:
     _components: dict[tuple[str, str], Component] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        table = {(c.role, _id(p, c)): c for p in self.plugins if p.status == "loaded" for c in p.components}
+        table = {(c.role, p.id_of(c)): c for p in self.plugins if p.status == "loaded" for c in p.components}
         object.__setattr__(self, "_components", table)
 
     @property
@@ -82,10 +79,6 @@ class Registry:
             names = "; ".join(f"{p.name} from {p.origin} ({p.status}: {p.reason})" for p in self.failed)
             hints.append(f"plugins that are not loaded: {names}")
         return hints
-
-
-def _id(plugin: Plugin, component: Component) -> str:
-    return component.name if plugin.name == CORE else f"{plugin.name}.{component.name}"
 
 
 def _unusable(plugin: Plugin, role: str, kind: str) -> PluginError:

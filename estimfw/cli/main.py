@@ -1,0 +1,132 @@
+"""The command line: commands are imported when they are called, faults become exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+import click
+
+from estimfw import __version__
+from estimfw.errors import EstimfwError, UsageError
+
+__all__ = ["COMMANDS", "INTERRUPTED", "cli", "main"]
+
+INTERRUPTED = 130
+
+#: Each command: the module that has it as ``command``, and its line in the help.
+COMMANDS: dict[str, tuple[str, str]] = {
+    "run": ("estimfw.cli.run", "Run a config; write the result and a report."),
+    "check": ("estimfw.cli.check", "Check a config without running it."),
+    "explain": ("estimfw.cli.explain", "Show model, policies, equivalence and plan of a config."),
+    "simulate": ("estimfw.cli.simulate", "Write the record that a config's source simulates."),
+    "schema": ("estimfw.cli.schema", "Print or write the JSON Schema of configs."),
+    "plugins": ("estimfw.cli.plugins", "List plugins and their components."),
+}
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands by name and imports one when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        found = import_module(COMMANDS[cmd_name][0]).command
+        assert isinstance(found, click.Command)
+        return found
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name = args[0] if args else ""
+        if name and not name.startswith("-") and name not in COMMANDS:
+            from estimfw.spelling import did_you_mean
+
+            raise UsageError(f"no command {name!r}", hint=did_you_mean(name, COMMANDS))
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="estimfw")
+@click.option("--debug", is_flag=True, help="Show the traceback of an error (may stand anywhere).")
+def cli(debug: bool) -> None:
+    """Kalman estimation in which a filter is data: configs in, results and reports out."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Instead of ``sys.argv[1:]``.
+
+    Returns
+    -------
+    int
+        The exit code: 0 ok, 1 our bug, 2 usage, 3 config, 4 plugin, 5 data, 6 numerical, 7 sweep, 130 interrupted.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    debug, as_json = "--debug" in given, "--json" in given
+    try:
+        result = cli.main([a for a in given if a != "--debug"], prog_name="estimfw", standalone_mode=False)
+        return result if isinstance(result, int) else 0
+    except EstimfwError as error:
+        return _report(error, as_json=as_json, debug=debug)
+    except click.UsageError as error:
+        return _report(_usage_error(error), as_json=as_json, debug=debug)
+    except click.ClickException as error:
+        return _report(UsageError(error.format_message()), as_json=as_json, debug=debug)
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("interrupted", err=True)
+        return INTERRUPTED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:
+        return _report_bug(error, as_json=as_json, debug=debug)
+
+
+def _usage_error(error: click.UsageError) -> UsageError:
+    command = error.ctx.command_path if error.ctx else "estimfw"
+    return UsageError(error.format_message(), hint=f"see '{command} --help'")
+
+
+def _report(error: EstimfwError, *, as_json: bool, debug: bool) -> int:
+    _print(error.as_json(), f"error: {error}", as_json=as_json, debug=debug)
+    return error.exit_code
+
+
+def _report_bug(error: Exception, *, as_json: bool, debug: bool) -> int:
+    text = f"{type(error).__name__}: {error}"
+    told = f"this is our bug, not yours: {text}\n  run again with --debug and send us what it prints"
+    _print({"kind": "bug", "exit_code": 1, "message": text}, told, as_json=as_json, debug=debug)
+    return 1
+
+
+def _print(facts: dict[str, object], text: str, *, as_json: bool, debug: bool) -> None:
+    """The error, for a machine on stdout or for a person on stderr."""
+    if debug:
+        import traceback
+
+        traceback.print_exc()
+    if as_json:
+        click.echo(json.dumps({"error": facts}))
+        return
+    from rich.console import Console
+
+    Console(stderr=True, soft_wrap=True).print(text, style="red", markup=False, highlight=False, emoji=False)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
