@@ -54,7 +54,7 @@ class NumpyScan:
         self.corrected = np.array([s >= 0 for s in plan.slots], dtype=bool)
         self.slots = np.array([s for s in plan.slots if s >= 0], dtype=np.int64)
         self.width = 3 * (1 + int(self.slots.max()) // 3) if self.slots.size else 0
-        self.tables: dict[float, tuple[FloatArray, FloatArray, FloatArray]] = {}
+        self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""
@@ -101,14 +101,14 @@ class NumpyScan:
         return FilterState(x, form, provider)
 
     def _tables(self, row: FloatArray, u: FloatArray, dt: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        steady = self.plan.time_invariant and not self.plan.inputs
-        if steady and dt in self.tables:
-            return self.tables[dt]
+        key = (dt, u.tobytes())
+        if self.plan.time_invariant and key in self.tables:
+            return self.tables[key]
         made = self.plan.discretised(row, u, np.array(dt), self.doublings.get(dt, 0))
         if not np.all(np.isfinite(made[0])):
             raise NumericalError("the transition matrix is not finite", hint="the dynamics are too stiff for the step")
-        if steady:
-            self.tables[dt] = made
+        if self.plan.time_invariant:
+            self.tables[key] = made
         return made
 
     def _correct(self, provider: FloatArray, x: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +44,7 @@ def write_result(dataset: xr.Dataset, path: Path, *, force: bool = False) -> Pat
     refuse_existing(path, force=force)
     check_result(dataset)
     complete = described(dataset)
-    complete.attrs = {"Conventions": "CF-1.11", **dataset.attrs, MARK: FORMAT}
+    complete.attrs = {"Conventions": "CF-1.11", **_known(dataset.attrs), MARK: FORMAT}
 
     # Composed in memory: HDF5 that meets a full disk while it closes a file takes the interpreter down with it.
     content = complete.to_netcdf(engine="h5netcdf", encoding=_encoding(complete))
@@ -91,7 +91,7 @@ def check_result(dataset: xr.Dataset, *, location: Location | None = None) -> No
         raise DataError(f"not a result of ours: {', '.join(missing)} missing", location=location)
     try:
         sound = isinstance(json_attribute(dataset, "provenance", {}), dict)
-        sound = sound and all(isinstance(json_attribute(dataset, name, []), list) for name in LISTS)
+        sound = sound and all(_is_list_of_objects(json_attribute(dataset, name, [])) for name in LISTS)
     except ValueError as fault:
         raise DataError(f"not a result of ours: an attribute is no JSON: {fault}", location=location) from fault
     if not sound:
@@ -115,6 +115,11 @@ def write_summary_json(dataset: xr.Dataset, path: Path, *, force: bool = False) 
     )
 
 
+def _known(attributes: Mapping[Hashable, Any]) -> dict[Hashable, Any]:
+    """NetCDF has no None."""
+    return {name: value for name, value in attributes.items() if value is not None}
+
+
 def _check_mark(dataset: xr.Dataset, place: Location) -> None:
     mark = dataset.attrs.get(MARK)
     if mark is None:
@@ -126,6 +131,10 @@ def _check_mark(dataset: xr.Dataset, place: Location) -> None:
     if version > FORMAT:
         text = f"the result has layout {version}, this program knows up to {FORMAT}"
         raise DataError(text, location=place, hint="read it with a newer estimfw")
+
+
+def _is_list_of_objects(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(item, dict) for item in value)
 
 
 def _encoding(dataset: xr.Dataset) -> dict[Hashable, dict[str, Any]]:

@@ -169,6 +169,7 @@ def test_a_result_of_a_newer_program_is_refused(result: xr.Dataset, tmp_path: Pa
         (lambda r: r.assign_attrs(provenance="{"), "no JSON"),
         (lambda r: r.assign_attrs(provenance="[]"), "wrong shape"),
         (lambda r: r.assign_attrs(policies="{}"), "wrong shape"),
+        (lambda r: r.assign_attrs(equivalence="[1]"), "wrong shape"),
     ],
 )
 def test_what_a_result_lacks_is_named(result: xr.Dataset, spoil: object, match: str) -> None:

@@ -66,18 +66,16 @@ class ModelSimulation:
         times = {m.name: self._times(m) for m in plan.measurements}
         steps = self._steps(plan, times)
         states = self._states(plan, row, steps, process)
-        streams = {
-            str(m.stream): self._stream(
-                m, plan, row, times[m.name], states[np.searchsorted(steps.time, times[m.name] - 1e-9)], reading
-            )
-            for m in plan.measurements
-        }
+        streams = {}
+        for m in plan.measurements:
+            at = states[np.searchsorted(steps.time, times[m.name] - 1e-9)]
+            streams[str(m.stream)] = self._stream(m, row, times[m.name], at, reading)
         truth = Truth(steps.time, {f"state:{label}": states[:, i] for i, label in enumerate(plan.states)})
         return Record(streams, truth, attributes={"source": "simulate_model", "seed": self.cfg.seed})
 
     def _times(self, m: MeasurementPlan) -> FloatArray:
-        rate = self.cfg.rates.get(m.name, self.cfg.rate)
-        return np.arange(1, int(self.cfg.duration * rate + 1e-9) + 1) / rate
+        rate = float(self.cfg.rates.get(m.name, self.cfg.rate))
+        return np.asarray(np.arange(1, int(self.cfg.duration * rate + 1e-9) + 1) / rate)
 
     def _steps(self, plan: Plan, times: dict[str, FloatArray]) -> Steps:
         streams = {n: Stream(n, t, np.zeros((t.size, 1)), ("z",)) for n, t in times.items()}
@@ -91,21 +89,20 @@ class ModelSimulation:
         F = plan.F.evaluate(row)
         states = np.empty((len(steps), len(mean)))
         begin = np.concatenate([[steps.start], steps.time[:-1]])
+        made: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
         for k, dt in enumerate(steps.dt):
             u = inputs_at(plan, begin[k : k + 1])[0]
-            Phi, Q, d = plan.discretised(row, u, np.array(dt), plan.discretisation.doublings(F, float(dt)))
-            x = Phi @ x + d + _factor(Q) @ rng.standard_normal(len(mean)) * self.cfg.noise
+            key = (float(dt), u.tobytes())
+            if key not in made:
+                Phi, Q, d = plan.discretised(row, u, np.array(dt), plan.discretisation.doublings(F, float(dt)))
+                made[key] = Phi, _factor(Q), d
+            Phi, factor, d = made[key]
+            x = Phi @ x + d + factor @ rng.standard_normal(len(mean)) * self.cfg.noise
             states[k] = x
         return states
 
     def _stream(
-        self,
-        m: MeasurementPlan,
-        plan: Plan,
-        row: FloatArray,
-        time: FloatArray,
-        states: FloatArray,
-        rng: np.random.Generator,
+        self, m: MeasurementPlan, row: FloatArray, time: FloatArray, states: FloatArray, rng: np.random.Generator
     ) -> Stream:
         H, R = m.H.evaluate(row), np.array(m.R)
         period = float(time[0]) if time.size else 1.0

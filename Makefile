@@ -1,0 +1,44 @@
+# Two commands do everything: `make demo` and `make test`. They need Python 3.11 or newer and a network for pip.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+DISTRIBUTIONS := -e . -e plugins/inertial -e plugins/sins_static
+
+.PHONY: demo test test-slow lint schemas clean
+
+$(VENV)/.installed: pyproject.toml plugins/inertial/pyproject.toml plugins/sins_static/pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "estimfw needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Try: make PYTHON=python3.12 demo")'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(DISTRIBUTIONS)
+	@touch $@
+
+$(VENV)/.installed-dev: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' $(DISTRIBUTIONS)
+	@touch $@
+
+demo: $(VENV)/.installed  ## The main job: align a standing vehicle with the 7-state filter, and write the page
+	$(BIN)/estimfw run examples/static_7.yaml --output results/demo --force
+	@echo
+	@echo "The page with all pictures:  results/demo/report.html"
+	@echo "The numbers, for xarray:     results/demo/result.nc"
+	@echo "What the filter is:          $(BIN)/estimfw explain examples/static_7.yaml"
+	@echo "On your own IMU log:         $(BIN)/estimfw run examples/lasergyro_12.yaml --set source.file=LOG"
+
+test: $(VENV)/.installed-dev  ## The tests, without the long Monte Carlo
+	$(BIN)/python -m pytest -n 2 -m 'not slow'
+
+test-slow: $(VENV)/.installed-dev  ## The long ones alone
+	$(BIN)/python -m pytest -n 2 -m slow
+
+lint: $(VENV)/.installed-dev  ## Style, types, import rules, freshness of the schemas
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/estimfw schema --check
+
+schemas: $(VENV)/.installed  ## Write schemas/ anew
+	$(BIN)/estimfw schema --write schemas
+
+clean:
+	rm -rf $(VENV) results .mypy_cache .ruff_cache .pytest_cache .hypothesis
