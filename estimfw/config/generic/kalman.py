@@ -37,7 +37,7 @@ class KalmanConfig(Settings):
     discretisation: DiscretisationConfig = DiscretisationConfig()
     gate: Probability | None = None
     gates: dict[str, Probability | None] = {}
-    restarts: Annotated[tuple[positive_quantity("s"), ...], Strict(False)] = ()
+    restarts: Annotated[tuple[Annotated[float, positive_quantity("s")], ...], Strict(False)] = ()
     covariance_samples: Annotated[int, Strict(), Field(ge=2, le=100_000)] = 200
 
 

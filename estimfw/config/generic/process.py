@@ -45,7 +45,7 @@ def couple(name: str, cfg: CoupleConfig, context: Any) -> ProcessParts:
 class ScheduleStep(Settings):
     """From ``time`` on, the input has this value (one for each axis, or one for all)."""
 
-    time: quantity("s") = "0 s"
+    time: Annotated[float, quantity("s")] = 0.0
     value: Values
 
 

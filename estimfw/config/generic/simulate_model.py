@@ -28,9 +28,9 @@ class SimulateModelConfig(Settings):
     """
 
     kind: Literal["simulate_model"]
-    duration: positive_quantity("s")
-    rate: positive_quantity("Hz")
-    rates: dict[str, positive_quantity("Hz")] = {}
+    duration: Annotated[float, positive_quantity("s")]
+    rate: Annotated[float, positive_quantity("Hz")]
+    rates: dict[str, Annotated[float, positive_quantity("Hz")]] = {}
     noise: bool = True
     seed: Annotated[int, Strict(), Field(ge=0)] = 1
 

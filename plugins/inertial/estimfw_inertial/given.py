@@ -22,7 +22,9 @@ class GivenAttitudeConfig(Settings):
     """C_bn = Rz(yaw) Rx(pitch) Ry(roll)."""
 
     kind: Literal["inertial.given"]
-    yaw: Annotated[float, _ANGLE, Field(description="counter-clockwise from North; a heading of 92 deg is a yaw of -92 deg")]
+    yaw: Annotated[
+        float, _ANGLE, Field(description="counter-clockwise from North; a heading of 92 deg is a yaw of -92 deg")
+    ]
     pitch: Annotated[float, _PITCH, Field(description="the nose up is positive")] = 0.0
     roll: Annotated[float, _ANGLE, Field(description="the right side down is positive")] = 0.0
 
@@ -40,7 +42,9 @@ class GivenAttitude:
         return InitialNominal({"C_bn": attitude_matrix(self.yaw, self.pitch, self.roll)}, source="given")
 
     def find(self, record: Record) -> InitialNominal:
-        """The same for every record."""
+        """The given start, or where a simulated record says it starts: misaligned from the given attitude."""
+        if "C_bn" in record.initial and record.truth is not None:
+            return InitialNominal({"C_bn": record.initial["C_bn"]}, source="given, misaligned by the simulation")
         return self.reference()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from estimfw_inertial.frames import BODY, NAVIGATION
@@ -29,32 +29,32 @@ class VelocityErrorConfig(Settings):
     """dV = mechanized velocity minus true velocity, in n."""
 
     kind: Literal["sins_static.velocity_error"]
-    sigma: non_negative_quantity_vector("m/s", 3)
-    mean: quantity_vector("m/s", 3) = "0 m/s"
+    sigma: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s", 3)]
+    mean: Annotated[tuple[float, float, float], quantity_vector("m/s", 3)] = (0.0,) * 3
 
 
 class AttitudeErrorConfig(Settings):
     """phi, the rotation vector with computed C_bn = exp(-[phi x]) C_bn, in n."""
 
     kind: Literal["sins_static.attitude_error"]
-    sigma: non_negative_quantity_vector("rad", 3)
-    mean: quantity_vector("rad", 3) = "0 rad"
+    sigma: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad", 3)]
+    mean: Annotated[tuple[float, float, float], quantity_vector("rad", 3)] = (0.0,) * 3
 
 
 class AccelBiasConfig(Settings):
     """Accelerometer bias, measured minus true, constant, in b."""
 
     kind: Literal["sins_static.accel_bias"]
-    sigma: non_negative_quantity_vector("m/s^2", 3)
-    mean: quantity_vector("m/s^2", 3) = "0 m/s^2"
+    sigma: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s^2", 3)]
+    mean: Annotated[tuple[float, float, float], quantity_vector("m/s^2", 3)] = (0.0,) * 3
 
 
 class GyroBiasConfig(Settings):
     """Gyro bias, measured minus true, constant, in b."""
 
     kind: Literal["sins_static.gyro_bias"]
-    sigma: non_negative_quantity_vector("rad/s", 3)
-    mean: quantity_vector("rad/s", 3) = "0 rad/s"
+    sigma: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad/s", 3)]
+    mean: Annotated[tuple[float, float, float], quantity_vector("rad/s", 3)] = (0.0,) * 3
 
 
 def _parts(

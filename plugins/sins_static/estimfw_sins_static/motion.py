@@ -8,7 +8,7 @@ first window's.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from estimfw.errors import DataError
 __all__ = ["MotionConfig", "MotionMonitor", "motion"]
 
 FloatArray = NDArray[np.float64]
+DEGREE = np.pi / 180.0
 
 
 class MotionConfig(Settings):
@@ -28,9 +29,9 @@ class MotionConfig(Settings):
 
     kind: Literal["sins_static.motion"]
     action: Literal["flag", "stop", "restart"] = "flag"
-    window: positive_quantity("s") = "1 s"
-    rate: positive_quantity("rad/s") = "0.5 deg/s"
-    acceleration: positive_quantity("m/s^2") = "0.2 m/s^2"
+    window: Annotated[float, positive_quantity("s")] = 1.0
+    rate: Annotated[float, positive_quantity("rad/s")] = 0.5 * DEGREE
+    acceleration: Annotated[float, positive_quantity("m/s^2")] = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +50,17 @@ class MotionMonitor:
             The record has no stream ``imu``.
         """
         if "imu" not in record.streams:
-            raise DataError(f"monitor {self.name!r} needs the stream 'imu'", hint=f"there are: {', '.join(record.streams)}")
+            raise DataError(
+                f"monitor {self.name!r} needs the stream 'imu'", hint=f"there are: {', '.join(record.streams)}"
+            )
         time, rate, force = window_means(record.streams["imu"], self.cfg.window)
         if not time.size:
             return Findings(())
         turning = np.linalg.norm(rate, axis=1) > self.cfg.rate
-        pushed = np.linalg.norm(force - np.median(force[: max(1, min(10, len(force)))], axis=0), axis=1) > self.cfg.acceleration
+        pushed = (
+            np.linalg.norm(force - np.median(force[: max(1, min(10, len(force)))], axis=0), axis=1)
+            > self.cfg.acceleration
+        )
         stretches, count = runs_of(turning | pushed)
         windows = [np.flatnonzero(np.asarray(stretches) == k) for k in range(1, count + 1)]
         events = tuple(self._event(w, time, turning, pushed) for w in windows)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from estimfw_inertial.frames import BODY, NAVIGATION
@@ -18,8 +18,8 @@ class PhiAngleConfig(Settings):
     """The phi-angle model over the named blocks; terms of blocks that are not there are left out."""
 
     kind: Literal["sins_static.phi_angle"]
-    gyro_noise: non_negative_quantity_vector("rad/sqrt(s)", 3)
-    accel_noise: non_negative_quantity_vector("m/s/sqrt(s)", 3)
+    gyro_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad/sqrt(s)", 3)]
+    accel_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s/sqrt(s)", 3)]
     velocity: str = "velocity_error"
     attitude: str = "attitude_error"
     accel_bias: str = "accel_bias"

@@ -62,7 +62,9 @@ class PruneUnobservableConfig(Settings):
 
 
 def remove_coriolis(cfg: RemoveCoriolisConfig) -> Policy:
-    condition = "exact to first order if the mechanization drops it too; on one side only, heading is wrong by 1.35 x tilt"
+    condition = (
+        "exact to first order if the mechanization drops it too; on one side only, heading is wrong by 1.35 x tilt"
+    )
     return Sequential("sins_static.remove_coriolis", (DropTerm(("coriolis",), mirrored=True),), condition, "mirrored")
 
 
@@ -73,7 +75,9 @@ def bias_in_navigation_frame(cfg: BiasInNavigationFrameConfig) -> Policy:
 
 
 def remove_vertical_channel(cfg: RemoveVerticalChannelConfig) -> Policy:
-    condition = "the vertical pair is decoupled if biases are in n and Coriolis is dropped; the mechanization holds V_U at 0"
+    condition = (
+        "the vertical pair is decoupled if biases are in n and Coriolis is dropped; the mechanization holds V_U at 0"
+    )
     return Sequential("sins_static.remove_vertical_channel", (DropStates(cfg.states),), condition)
 
 

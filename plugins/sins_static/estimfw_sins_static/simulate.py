@@ -11,14 +11,21 @@ At rest these are (C^T omega_ie + eps) dt and (C^T f_n + a) dt. The start is exp
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from estimfw_inertial.earth import earth_rate_n, normal_gravity
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimfw.config.types import Settings, Site, non_negative_quantity, non_negative_quantity_vector, positive_quantity, quantity_vector
+from estimfw.config.types import (
+    Settings,
+    Site,
+    non_negative_quantity,
+    non_negative_quantity_vector,
+    positive_quantity,
+    quantity_vector,
+)
 from estimfw.data.record import Record, Stream, Truth
 from estimfw.errors import ConfigError
 from estimfw.model.nominal import InitialNominal
@@ -26,13 +33,15 @@ from estimfw.model.nominal import InitialNominal
 __all__ = ["SimulateConfig", "Simulation", "simulate"]
 
 FloatArray = NDArray[np.float64]
+DEGREE = np.pi / 180.0
+STANDARD_GRAVITY = 9.80665
 
 
 class SwayConfig(Settings):
     """Sinusoidal sway about E, N, U: amplitude and period of each."""
 
-    amplitude: non_negative_quantity_vector("rad", 3)
-    period: positive_quantity("s") = "8 s"
+    amplitude: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad", 3)]
+    period: Annotated[float, positive_quantity("s")] = 8.0
 
 
 class SimulateConfig(Settings):
@@ -42,16 +51,20 @@ class SimulateConfig(Settings):
     """
 
     kind: Literal["sins_static.simulate"]
-    duration: positive_quantity("s") = "600 s"
-    rate: positive_quantity("Hz") = "1 Hz"
-    misalignment: quantity_vector("rad", 3) = "0 rad"
+    duration: Annotated[float, positive_quantity("s")] = 600.0
+    rate: Annotated[float, positive_quantity("Hz")] = 1.0
+    misalignment: Annotated[tuple[float, float, float], quantity_vector("rad", 3)] = (0.0,) * 3
     noise: bool = True
     seed: int = 1
-    gyro_bias: quantity_vector("rad/s", 3) = "0.01 deg/h"
-    accel_bias: quantity_vector("m/s^2", 3) = "100 ug"
-    gyro_noise: non_negative_quantity_vector("rad/sqrt(s)", 3) = "0.001 deg/sqrt(h)"
-    accel_noise: non_negative_quantity_vector("m/s/sqrt(s)", 3) = "10 ug/sqrt(Hz)"
-    velocity_noise: non_negative_quantity("m/s") = "0 m/s"
+    gyro_bias: Annotated[tuple[float, float, float], quantity_vector("rad/s", 3)] = (0.01 * DEGREE / 3600.0,) * 3
+    accel_bias: Annotated[tuple[float, float, float], quantity_vector("m/s^2", 3)] = (100e-6 * STANDARD_GRAVITY,) * 3
+    gyro_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad/sqrt(s)", 3)] = (
+        0.001 * DEGREE / 60.0,
+    ) * 3
+    accel_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s/sqrt(s)", 3)] = (
+        10e-6 * STANDARD_GRAVITY,
+    ) * 3
+    velocity_noise: Annotated[float, non_negative_quantity("m/s")] = 0.0
     sway: SwayConfig | None = None
 
 
@@ -156,4 +169,3 @@ def simulate(cfg: SimulateConfig, site: Site | None, initial: InitialNominal | N
         raise ConfigError("source sins_static.simulate needs a site", hint="add: site: {latitude: 34 deg}")
     C_bn = initial.values["C_bn"] if initial is not None else np.eye(3)
     return Simulation(cfg, site, np.asarray(C_bn, dtype=float))
-

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from estimfw_inertial.frames import NAVIGATION
 
-from estimfw.config.types import Settings, noise, positive_quantity
+from estimfw.config.types import NoiseLevel, Settings, noise, positive_quantity
 from estimfw.model.coefficient import identity, vector
 from estimfw.model.parts import Measurement, MeasurementTerm
 
@@ -21,8 +21,8 @@ class ZeroVelocityConfig(Settings):
     """
 
     kind: Literal["sins_static.zero_velocity"]
-    noise: noise("m/s")
-    every: positive_quantity("s") | None = None
+    noise: Annotated[NoiseLevel, noise("m/s")]
+    every: Annotated[float, positive_quantity("s")] | None = None
     velocity: str = "velocity_error"
     reference: str | None = None
     perfect: bool = False
