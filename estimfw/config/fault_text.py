@@ -50,6 +50,8 @@ def fault_of(model: type[BaseModel], data: Mapping[str, Any], error: ErrorDetail
     match error["type"]:
         case "extra_forbidden":
             return _unknown_key(model, path)
+        case "missing" if left and isinstance(left[-1], int):
+            return Fault(path, f"the list {_shown(error['input'])} is too short: element {left[-1]} is missing")
         case "missing":
             return Fault(
                 path, f"the key {left[-1] if left else '?'!r} is missing", _keys_hint(model, path), at_key=True
