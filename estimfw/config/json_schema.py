@@ -66,10 +66,13 @@ def filter_schema(registry: Registry) -> dict[str, Any]:
         definitions[role] = _any_of_role(role, registry)
     properties = schema["properties"]
     for section, named in _NAMED.items():
-        properties[section] |= {"additionalProperties": {"$ref": f"#/$defs/{named}"}}
+        names = properties[section]["patternProperties"]
+        names |= {pattern: {"$ref": f"#/$defs/{named}"} for pattern in names}
+        properties[section]["additionalProperties"] = False
     for section, single in _SINGLE.items():
         properties[section] = {"$ref": f"#/$defs/{single}"}
     properties["policies"]["items"] = {"anyOf": [{"enum": list(registry.ids("policy"))}, {"$ref": "#/$defs/policy"}]}
+    schema["anyOf"] = [{"required": schema.pop("required")}, {"required": ["extends"]}]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "estimfw filter config"}
 
 
