@@ -27,10 +27,9 @@ def command(config: Path, overrides: tuple[str, ...], as_json: bool, latex: bool
 
         click.echo(json.dumps(explain_json(problem)))
     else:
-        from rich.console import Console
-
+        from estimfw.cli.opening import console
         from estimfw.report.explain_text import explanation
 
-        console = Console()
+        out = console()
         for part in explanation(problem):
-            console.print(part)
+            out.print(part)

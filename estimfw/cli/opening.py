@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from estimfw.config.compose import Problem
 
-__all__ = ["config_arguments", "open_problem", "say"]
+__all__ = ["config_arguments", "console", "open_problem", "say"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -41,6 +43,14 @@ def open_problem(config: Path, overrides: Sequence[str]) -> Problem:
     for warning in problem.warnings:
         say(f"warning: {warning}", style="yellow")
     return problem
+
+
+def console() -> Console:
+    """For tables on standard output: as wide as the terminal, and wide enough for them in a file or a pipe."""
+    from rich.console import Console
+
+    made = Console()
+    return made if made.is_terminal else Console(width=140)
 
 
 def say(text: str, style: str = "") -> None:

@@ -34,7 +34,7 @@ def command(
     Writes result.nc, summary.json, pictures and report.html into the output folder. With --json and without --output nothing
     is written: the answer goes to standard output alone.
     """
-    from estimfw.run.answer import answer
+    from estimfw.run.answer import answer, until
     from estimfw.run.dataset import result_dataset
     from estimfw.run.files import output_folder
     from estimfw.run.run import run_problem
@@ -54,13 +54,10 @@ def command(
     if as_json:
         click.echo(json.dumps(answer(dataset, at=at) | {"timing": _timing(done)}, allow_nan=False))
         return
-    from rich.console import Console
+    from estimfw.cli.opening import console
+    from estimfw.report.terminal import print_result
 
-    from estimfw.report.terminal import end_report
-
-    console = Console()
-    for part in end_report(dataset if at is None else dataset.sel(time=slice(None, at)), written):
-        console.print(part)
+    print_result(dataset if at is None else until(dataset, at), written, console())
     t = done.timing
     say(f"{len(done.prepared.steps)} steps with the {done.prepared.scan.name} kernel: {t.filter:.2f} s", style="dim")
 

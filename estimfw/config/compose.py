@@ -185,7 +185,8 @@ def compose(document: Document, registry: Registry) -> Problem:
     settings = replace(settings, evaluation=discretisation.evaluation)
     plan = _plan(model, provider, settings, estimator, document)
     return Problem(
-        config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes), checks=checks, provider=provider,
+        config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
+        checks=checks, provider=provider,
         settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
         warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry)),

@@ -231,9 +231,9 @@ def _stream_due(time: FloatArray, dt: FloatArray, begin: float, stream: Stream, 
         events.append(Event(float(time[step[usable][0]]), name, "crowded", text, crowded))
     gaps = np.diff(stream.time[keep]) > 1.5 * period
     if stream.period is not None and np.any(gaps):
-        at = float(stream.time[keep][int(np.argmax(gaps))])
+        before = float(stream.time[keep][int(np.argmax(gaps))])
         events.append(
-            Event(at, name, "gap", f"gaps longer than 1.5 x {period:g} s; the filter coasts", int(gaps.sum()))
+            Event(before, name, "gap", f"gaps longer than 1.5 x {period:g} s; the filter coasts", int(gaps.sum()))
         )
     return Due(row, interval), events
 

@@ -70,7 +70,9 @@ class Change:
 
     @property
     def removed_states(self) -> tuple[str, ...]:
-        return tuple(s for s in self.before if s not in self.after)
+        """States whose part in the state after is nothing; a re-framed state is not removed."""
+        live: list[bool] = np.any(self.map.pattern, axis=0).tolist()
+        return tuple(s for s, kept in zip(self.before, live, strict=True) if not kept)
 
     def as_json(self) -> dict[str, object]:
         """For explain, results and reports."""
@@ -157,4 +159,4 @@ def _rows(model: Model) -> list[str]:
 
 
 def _noises(model: Model) -> list[str]:
-    return [label for noise in model.noises for label in noise.labels]
+    return [label for noise in model.noises for label in model.settled(noise).labels]

@@ -107,8 +107,5 @@ def _lost_coupling(model: Model, gone: Sequence[str], reference: Mapping[str, Fl
     sigma = np.sqrt(np.diag(model.prior.evaluate(reference)[1]))
     rate = np.abs(f[np.ix_(~lost, lost)]) * sigma[lost]
     own = np.where(sigma[~lost] > 0.0, sigma[~lost], 1.0)[:, None]
-    return Measure(
-        "dropped states act on the others by at most (own sigmas per s, at 1 sigma)",
-        float(np.max(rate / own, initial=0.0)),
-        "1/s",
-    )
+    worst = float(np.max(rate / own, initial=0.0))
+    return Measure("coupling of a dropped state at 1 sigma into one that stays, in its sigmas:", worst, "1/s")

@@ -13,7 +13,7 @@ from estimfw.run.summary import events_of, json_attribute, measurement_summaries
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["answer", "outputs_csv"]
+__all__ = ["answer", "outputs_csv", "until"]
 
 
 def answer(dataset: xr.Dataset, at: float | None = None) -> dict[str, Any]:
@@ -76,6 +76,11 @@ def outputs_csv(dataset: xr.Dataset) -> str:
             columns[f"{label} [{unit}]"] = dataset["output_value"].to_numpy()[:, i] * scale
             columns[f"{label} sigma [{unit}]"] = dataset["output_sigma"].to_numpy()[:, i] * scale
     return str(pd.DataFrame(columns).to_csv(index=False, float_format="%.12g"))
+
+
+def until(dataset: xr.Dataset, at: float) -> xr.Dataset:
+    """The result cut after an instant (s); UsageError where it lies outside the run."""
+    return dataset.isel(time=slice(None, _row(dataset, at) + 1))
 
 
 def _row(dataset: xr.Dataset, at: float | None) -> int:

@@ -156,7 +156,7 @@ def filter_start(
 def _form(problem: Problem, covariance: FloatArray) -> FloatArray:
     from estimfw.kernels import joseph, ud
 
-    return (ud if problem.estimator.covariance == "ud" else joseph).factor(covariance)
+    return ud.factor(covariance) if problem.estimator.covariance == "ud" else joseph.factor(covariance)
 
 
 def _with_found_covariance(problem: Problem, covariance: FloatArray, start: InitialNominal) -> FloatArray:

@@ -32,8 +32,8 @@ Gravity is (0, 0, -g) in n. An accelerometer senses specific force, acceleration
 
 IMU samples
 -----------
-``dtheta`` (rad) is the integral over a sampling interval of the rate of b against i, ``dvel`` (m/s) that of specific force; both in b.
-A time stamp is the *end* of the interval. Everything is in SI: rad, m, s.
+``dtheta`` (rad) is the integral over a sampling interval of the rate of b against i, ``dvel`` (m/s) that of specific force;
+both in b. A time stamp is the *end* of the interval. Everything is in SI: rad, m, s.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def normal_gravity(latitude: ArrayLike, height: ArrayLike = 0.0) -> FloatArray:
         g_0 = g_e (1 + k sin^2 L) / sqrt(1 - e^2 sin^2 L)
         g   = g_0 (1 - 2 h / a (1 + f + m - 2 f sin^2 L) + 3 h^2 / a^2)
     """
-    squared, h = np.sin(latitude) ** 2, np.asarray(height) / SEMI_MAJOR_AXIS
+    squared, h = np.sin(latitude) ** 2, np.asarray(height, dtype=float) / SEMI_MAJOR_AXIS
     surface = EQUATORIAL_GRAVITY * (1.0 + SOMIGLIANA * squared) / np.sqrt(_flattened(latitude))
     slope = 2.0 * (1.0 + FLATTENING + GRAVITY_RATIO - 2.0 * FLATTENING * squared)
     return np.asarray(surface * (1.0 - slope * h + 3.0 * h * h))
@@ -81,9 +81,9 @@ def transport_rate_n(velocity_n: ArrayLike, latitude: ArrayLike, height: ArrayLi
     latitude, height : (...) array, rad and m
         Not at a pole, where n is not defined.
     """
-    V = np.asarray(velocity_n, dtype=float)
-    east = V[..., 0] / (prime_vertical_radius(latitude) + height)
-    north = V[..., 1] / (meridian_radius(latitude) + height)
+    V, h = np.asarray(velocity_n, dtype=float), np.asarray(height, dtype=float)
+    east = V[..., 0] / (prime_vertical_radius(latitude) + h)
+    north = V[..., 1] / (meridian_radius(latitude) + h)
     return np.stack(np.broadcast_arrays(-north, east, east * np.tan(latitude)), axis=-1)
 
 

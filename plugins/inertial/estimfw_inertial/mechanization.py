@@ -124,7 +124,9 @@ def step(state: FloatArray, sample: FloatArray, params: FloatArray) -> tuple[Flo
     end = _place_of(new, on)
     C_point = turns[2] @ C @ turns[4]
     V_point, place_point = V + on.point * (V_new - V), place + on.point * (end - place)
-    process_row = row_of(C_point, _times(C_point, mean_force), _times(C_point, mean_rate) - rate, V_point, place_point, on)
+    process_row = row_of(
+        C_point, _times(C_point, mean_force), _times(C_point, mean_rate) - rate, V_point, place_point, on
+    )
     return new, process_row, row_of(C_new, _times(C_new, mean_force), _times(C_new, mean_rate) - rate, V_new, end, on)
 
 

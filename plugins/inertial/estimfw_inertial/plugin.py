@@ -5,7 +5,7 @@ from __future__ import annotations
 import pluggy
 
 from estimfw.registry.component import Component
-from estimfw_inertial import given, strapdown
+from estimfw_inertial import coarse_averaging, coarse_inertial, given, log_source, strapdown
 
 __all__ = ["ESTIMFW_API", "estimfw_components"]
 
@@ -13,7 +13,7 @@ ESTIMFW_API = 1
 hookimpl = pluggy.HookimplMarker("estimfw")
 
 
-@hookimpl  # type: ignore[untyped-decorator]
+@hookimpl
 def estimfw_components() -> list[Component]:
     """All components, by role."""
     return [
@@ -21,4 +21,13 @@ def estimfw_components() -> list[Component]:
             "nominal", "strapdown", strapdown.StrapdownConfig, strapdown.strapdown, "strapdown mechanization in East, North, Up"
         ),
         Component("initial", "given", given.GivenAttitudeConfig, given.given_attitude, "a start attitude that is known"),
+        Component(
+            "initial", "inertial_frame", coarse_inertial.InertialFrameConfig, coarse_inertial.build_inertial_frame,
+            "coarse alignment in inertial frames, for a standing vehicle that sways",
+        ),
+        Component(
+            "initial", "averaging", coarse_averaging.AveragingConfig, coarse_averaging.build_averaging,
+            "coarse alignment by averaging, for a vehicle that stands still",
+        ),
+        Component("source", "imu_log", log_source.ImuLogConfig, log_source.build_imu_log, "recorded IMU: NPZ, CSV or PSINS .imu"),
     ]  # fmt: skip

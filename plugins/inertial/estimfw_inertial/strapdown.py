@@ -45,7 +45,9 @@ class StrapdownConfig(Settings):
     samples: Annotated[Literal[1, 2], Field(description="sub-samples of a step; 2 compensates coning and sculling")] = 2
     operations: Annotated[
         dict[str, Literal["follow", "on", "off"]],
-        Field(description="coriolis, transport_rate, position_update, vertical_channel: follow the error model, or force"),
+        Field(
+            description="coriolis, transport_rate, position_update, vertical_channel: follow the error model, or force"
+        ),
     ] = {}
     allow_mismatch: Annotated[
         bool, Field(description="run although error model and mechanization differ, to show the damage")
@@ -131,7 +133,9 @@ class Strapdown:
     def bind(self, settings: ProviderSettings) -> BoundStrapdown:
         """The pure functions, for what is computed."""
         place = mechanization.place_at(np.array(self.latitude), np.array(self.height))
-        params = mechanization.pack_params(self.samples_per_step, settings.computed, _POINTS[settings.evaluation], place)
+        params = mechanization.pack_params(
+            self.samples_per_step, settings.computed, _POINTS[settings.evaluation], place
+        )
         return BoundStrapdown(params, (self.latitude, self.longitude, self.height), self.samples_per_step)
 
 

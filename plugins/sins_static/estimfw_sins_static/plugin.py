@@ -13,7 +13,7 @@ ESTIMFW_API = 1
 hookimpl = pluggy.HookimplMarker("estimfw")
 
 
-@hookimpl  # type: ignore[untyped-decorator]
+@hookimpl
 def estimfw_components() -> list[Component]:
     """All components, by role."""
     return [

@@ -35,6 +35,8 @@ __all__ = ["SimulateConfig", "Simulation", "simulate"]
 FloatArray = NDArray[np.float64]
 DEGREE = np.pi / 180.0
 STANDARD_GRAVITY = 9.80665
+AngleWalk = Annotated[tuple[float, float, float], non_negative_quantity_vector("rad/sqrt(s)", 3)]
+VelocityWalk = Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s/sqrt(s)", 3)]
 
 
 class SwayConfig(Settings):
@@ -88,11 +90,11 @@ class Simulation:
     def load(self) -> Record:
         """Streams ``imu`` and, where velocity noise is asked for, ``velocity_reference``; the truth; the start."""
         cfg, dt = self.cfg, 1.0 / self.cfg.rate
-        count = int(round(cfg.duration * cfg.rate))
+        count = round(cfg.duration * cfg.rate)
         if count < 1:
             raise ConfigError(f"source: {cfg.duration:g} s at {cfg.rate:g} Hz is not even one sample")
-        time = dt * np.arange(1, count + 1)
-        edges, middles = self._attitude(dt * np.arange(count + 1)), self._attitude(time - 0.5 * dt)
+        time = dt * np.arange(1, count + 1, dtype=np.float64)
+        edges, middles = self._attitude(dt * np.arange(count + 1, dtype=np.float64)), self._attitude(time - 0.5 * dt)
         dtheta, dvel = ideal_increments(edges, middles, self.site, dt)
         streams = np.random.SeedSequence(cfg.seed).spawn(2)
         dtheta, dvel = dtheta + np.array(cfg.gyro_bias) * dt, dvel + np.array(cfg.accel_bias) * dt

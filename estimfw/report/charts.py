@@ -1,0 +1,131 @@
+"""The charts of a result: outputs, states, errors, sigmas, and for each measurement innovations and NIS."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from estimfw.data.record import FloatArray
+from estimfw.report.consistency import innovation_chart, nis_chart
+from estimfw.report.palette import BAND, ROLES, SERIES
+from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinned
+from estimfw.report.series import Axis, Series, grouped, series_of
+from estimfw.report.timescale import TimeScale
+from estimfw.run.result_names import measurement_names
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["charts_of"]
+
+ROWS = 6
+"""Panels of one chart: more do not fit on a page."""
+
+FOCUS_NOTE = (
+    "Where the start would hide the rest, the vertical axis leaves the first fifth of the run out of its range."
+)
+
+
+def charts_of(dataset: xr.Dataset, limit: int) -> tuple[Chart, ...]:
+    """All charts with anything to show, in the order of the report.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    limit : int
+        The most points of one curve.
+    """
+    scale = TimeScale.of(dataset["time"].to_numpy())
+    charts = [
+        *_axis_charts(dataset, "output", scale, limit),
+        *_axis_charts(dataset, "state", scale, limit),
+        *_sigma_charts(dataset, scale, limit),
+    ]
+    for name in measurement_names(dataset):
+        charts += [innovation_chart(dataset, name, scale, limit), nis_chart(dataset, name, scale, limit)]
+    return tuple(_distinct(chart for chart in map(_without_blanks, charts) if chart.panels))
+
+
+def _axis_charts(dataset: xr.Dataset, axis: Axis, scale: TimeScale, limit: int) -> Iterator[Chart]:
+    """Values of every group, then errors of every group; what is unknown is left out later."""
+    groups = grouped(series_of(dataset, axis), ROWS)
+    time = scale.of_seconds(dataset["time"].to_numpy())
+    for group in groups:
+        name = group[0].group
+        panels = tuple(_value_panel(one, time, limit) for one in group)
+        yield Chart(f"{axis}s_{slug(name)}", f"{axis}s", _heading(name), scale.unit, panels, _note(panels))
+    for group in groups:
+        name = group[0].group
+        panels = tuple(_error_panel(one, time, limit) for one in group)
+        title = f"{_heading(name)}: estimate minus truth"
+        yield Chart(f"{axis}_errors_{slug(name)}", f"{axis}_errors", title, scale.unit, panels, _note(panels))
+
+
+def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
+    value, spread = one.value, 3 * one.sigma
+    time, (value, lower, upper, truth) = thinned(time, (value, value - spread, value + spread, one.truth), limit)
+    curves = [Curve("estimate", time, value, ROLES["value"])]
+    if np.isfinite(truth).any():
+        curves.append(Curve("truth", time, truth, ROLES["truth"], "dashed"))
+    return Panel(
+        one.label,
+        one.unit,
+        tuple(curves),
+        _bands(time, lower, upper),
+        view=focused((time, value), (time, lower), (time, upper)),
+    )
+
+
+def _error_panel(one: Series, time: FloatArray, limit: int) -> Panel:
+    spread = 3 * one.sigma
+    time, (error, lower, upper) = thinned(time, (one.error, -spread, spread), limit)
+    curve = Curve("estimate − truth", time, error, ROLES["value"])
+    view = focused((time, error), (time, lower), (time, upper))
+    return Panel(one.label, one.unit, (curve,), _bands(time, lower, upper), view=view)
+
+
+def _bands(time: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[Band, ...]:
+    return (Band("±3σ", time, lower, upper, BAND),) if np.isfinite(lower).any() else ()
+
+
+def _sigma_charts(dataset: xr.Dataset, scale: TimeScale, limit: int) -> Iterator[Chart]:
+    """Sigmas on logarithmic axes, a panel for each group."""
+    time = scale.of_seconds(dataset["time"].to_numpy())
+    series = (*series_of(dataset, "output"), *series_of(dataset, "state"))
+    panels = [_sigma_panel(group, time, limit) for group in grouped(series, len(SERIES))]
+    for start in range(0, len(panels), ROWS):
+        yield Chart("sigmas", "sigmas", "Standard deviations", scale.unit, tuple(panels[start : start + ROWS]))
+
+
+def _sigma_panel(group: tuple[Series, ...], time: FloatArray, limit: int) -> Panel:
+    curves = []
+    for place, (one, colour) in enumerate(zip(group, SERIES, strict=False)):
+        sigma = one.sigma
+        thin_time, (positive,) = thinned(time, (np.where(sigma > 0, sigma, np.nan),), limit)
+        curves.append(Curve(one.label, thin_time, positive, colour, "dashed" if place % 2 else "line"))
+    return Panel(f"σ of {group[0].group}", group[0].unit, tuple(curves), logarithmic=True)
+
+
+def _note(panels: Iterable[Panel]) -> str:
+    return FOCUS_NOTE if any(panel.view for panel in panels) else ""
+
+
+def _heading(group: str) -> str:
+    words = group.replace("_", " ")
+    return words[:1].upper() + words[1:]
+
+
+def _without_blanks(chart: Chart) -> Chart:
+    return replace(chart, panels=tuple(panel for panel in chart.panels if not panel.is_blank()))
+
+
+def _distinct(charts: Iterable[Chart]) -> Iterator[Chart]:
+    """Numbers for charts that share a key and a title, from the second on."""
+    used: dict[str, int] = {}
+    for chart in charts:
+        number = used[chart.key] = used.get(chart.key, 0) + 1
+        yield chart if number == 1 else replace(chart, key=f"{chart.key}_{number}", title=f"{chart.title} ({number})")

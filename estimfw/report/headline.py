@@ -1,0 +1,61 @@
+"""What one wants to know first: the attitude at the end, and how far to trust it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from estimfw.report.numbers import plus_minus, significant
+from estimfw.run.summary import EndValue, end_outputs
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Headline", "headlines"]
+
+ARCMIN = 60 * 180 / math.pi
+
+
+@dataclass(frozen=True, slots=True)
+class Headline:
+    """One output at the end as text: ``yaw``, ``179.982``, ``0.061``, ``deg``.
+
+    ``fine`` is the sigma in arcmin for an angle, else empty; ``error`` says how far it is from the truth, where that is
+    known; ``trusted`` is False where the truth lies outside of 3 sigma.
+    """
+
+    name: str
+    value: str
+    sigma: str
+    unit: str
+    fine: str
+    error: str
+    trusted: bool
+
+
+def headlines(dataset: xr.Dataset) -> tuple[Headline, ...]:
+    """The attitude if the result has one, else every output; none for a result without outputs."""
+    outputs = end_outputs(dataset)
+    attitude = tuple(output for output in outputs if output.label.startswith("attitude."))
+    return tuple(_headline(output) for output in attitude or outputs)
+
+
+def _headline(end: EndValue) -> Headline:
+    value, sigma, error = end.display()
+    shown, spread = plus_minus(value, sigma)
+    is_angle = end.unit == "rad"
+    unit = {"deg": "°"}.get(end.display_unit, f" {end.display_unit}")
+    known = math.isfinite(end.error)
+    error_text = f"{plus_minus(error, sigma)[0]}{unit}" if known else ""
+    if known and is_angle:
+        error_text += f" ({significant(end.error * ARCMIN, 2)}′)"
+    return Headline(
+        name=end.label.removeprefix("attitude."),
+        value=shown,
+        sigma=spread,
+        unit=unit,
+        fine=f"{significant(end.sigma * ARCMIN, 2)}′" if is_angle and math.isfinite(end.sigma) else "",
+        error=error_text,
+        trusted=not abs(error) > 3 * sigma,
+    )

@@ -1,0 +1,157 @@
+"""Charts as plotly figures: plain dicts, so that no plotly is needed to make them."""
+
+from __future__ import annotations
+
+import base64
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from estimfw.data.record import FloatArray
+from estimfw.report.panel import Band, Chart, Curve, Panel
+
+__all__ = ["height_of", "plotly_figure"]
+
+ROW, HEAD, FOOT, GAP = 190, 54, 52, 62
+"""Pixels: of a panel, above the first one, of the time axis below all, and between panels (title and legend)."""
+
+RESOLVED = 1e-3
+"""A range this small against its distance from zero needs more than the seven digits of a float32."""
+
+DASHES = {"line": "solid", "dashed": "dash"}
+
+
+def plotly_figure(chart: Chart) -> dict[str, Any]:
+    """The chart as ``{"data": [...], "layout": {...}}``, its arrays packed as plotly.js reads them.
+
+    Colours are those of the light page; the page itself exchanges them on a dark one.
+    """
+    row, inner = _heights(chart)
+    figure: dict[str, Any] = {"data": [], "layout": _frame(chart)}
+    named: tuple[str, ...] = ()
+    for place, panel in enumerate(chart.panels):
+        number = str(place + 1) if place else ""
+        top = 1 - place * (row + GAP) / inner
+        names = tuple(curve.name for curve in panel.curves)
+        figure["layout"][f"yaxis{number}"] = _vertical_axis(panel, max(0.0, top - row / inner), top)
+        figure["layout"][f"legend{number}"] = _legend(top)
+        figure["layout"]["annotations"].append(_title(panel, top))
+        figure["data"] += _panel_traces(panel, number, in_legend=names != named)
+        named = named or names
+    return figure
+
+
+def height_of(chart: Chart) -> int:
+    """Pixels that the figure takes on the page."""
+    return HEAD + _heights(chart)[1] + FOOT
+
+
+def _heights(chart: Chart) -> tuple[int, int]:
+    """Pixels of a panel, and of all with what is between them."""
+    rows = len(chart.panels)
+    row = ROW * 2 if rows == 1 else ROW
+    return row, row * rows + GAP * (rows - 1)
+
+
+def _frame(chart: Chart) -> dict[str, Any]:
+    rows = len(chart.panels)
+    return {
+        "height": height_of(chart),
+        "margin": {"l": 64, "r": 14, "t": HEAD, "b": FOOT},
+        "hovermode": "x",
+        "showlegend": True,
+        "annotations": [],
+        "xaxis": {"title": {"text": f"time, {chart.time_unit}"}, "anchor": f"y{rows}" if rows > 1 else "y"},
+    }
+
+
+def _vertical_axis(panel: Panel, bottom: float, top: float) -> dict[str, Any]:
+    axis: dict[str, Any] = {"domain": [bottom, min(1.0, top)], "title": {"text": escape(panel.unit)}}
+    if panel.logarithmic:
+        axis |= {"type": "log", "tickformat": "~g"} | ({"dtick": _log_step(panel)} if _decades(panel) > 1 else {})
+    if panel.view:
+        low, high = (float(np.log10(end)) if panel.logarithmic else end for end in panel.view)
+        axis["range"] = [low, high]
+    return axis
+
+
+def _decades(panel: Panel) -> float:
+    """How many powers of ten the panel shows."""
+    values = np.concatenate([curve.values for curve in panel.curves])
+    low, high = panel.view or (np.nanmin(values), np.nanmax(values))
+    return float(np.log10(high / low))
+
+
+def _log_step(panel: Panel) -> str | int:
+    """Ticks at 1, 2, 5 over few decades, at powers of ten over many."""
+    return "D2" if _decades(panel) < 2 else max(1, round(_decades(panel) / 5))
+
+
+def _title(panel: Panel, top: float) -> dict[str, Any]:
+    return {
+        "text": escape(panel.title),
+        "x": 0,
+        "xref": "paper",
+        "xanchor": "left",
+        "y": top,
+        "yref": "paper",
+        "yanchor": "bottom",
+        "showarrow": False,
+    }
+
+
+def _legend(top: float) -> dict[str, Any]:
+    """A row at the right, above its panel."""
+    place = {"x": 1, "xanchor": "right", "xref": "paper", "y": top, "yanchor": "bottom", "yref": "paper"}
+    return {"orientation": "h", **place}
+
+
+def _panel_traces(panel: Panel, number: str, *, in_legend: bool) -> list[dict[str, Any]]:
+    traces = [trace for band in panel.bands for trace in _band_traces(band)]
+    traces += [_curve_trace(curve) for curve in panel.curves]
+    where = {"yaxis": f"y{number}", "legend": f"legend{number}"}
+    return [{**trace, **where, "showlegend": in_legend and trace.get("showlegend", True)} for trace in traces]
+
+
+def _band_traces(band: Band) -> list[dict[str, Any]]:
+    line = {"color": band.colour[:7], "width": 0.8}
+    edge = {
+        "type": "scatter",
+        "mode": "lines",
+        "x": packed(band.time),
+        "name": escape(band.name),
+        "legendgroup": band.name,
+        "line": line,
+        "opacity": 0.6,
+        "hoverinfo": "skip",
+    }
+    lower = {**edge, "y": packed(band.lower), "showlegend": False}
+    upper = {**edge, "y": packed(band.upper), "fill": "tonexty", "fillcolor": band.colour}
+    return [lower, upper]
+
+
+def _curve_trace(curve: Curve) -> dict[str, Any]:
+    trace: dict[str, Any] = {
+        "type": "scatter",
+        "x": packed(curve.time),
+        "y": packed(curve.values),
+        "name": escape(curve.name),
+        "legendgroup": curve.name,
+    }
+    if curve.style in DASHES:
+        alone = np.isfinite(curve.values).sum() == 1
+        trace |= {"mode": "markers" if alone else "lines", "marker": {"color": curve.colour, "size": 8}}
+        return trace | {"line": {"color": curve.colour, "width": 1.6, "dash": DASHES[curve.style]}}
+    crosses = curve.style == "crosses"
+    marker = {"color": curve.colour, "size": 8 if crosses else 4, "symbol": "x-thin-open" if crosses else "circle"}
+    return trace | {"mode": "markers", "marker": marker | ({"line": {"width": 2}} if crosses else {})}
+
+
+def packed(values: FloatArray) -> dict[str, str]:
+    """The array in plotly.js' typed form: base64 of little-endian floats, of 4 bytes where these resolve its range."""
+    known = values[np.isfinite(values)]
+    resolved = known.size == 0 or np.ptp(known) >= RESOLVED * np.abs(known).max()
+    kind = "f4" if resolved and np.abs(known).max(initial=0) < np.finfo(np.float32).max else "f8"
+    gaps = np.where(np.isfinite(values), values, np.nan)
+    return {"dtype": kind, "bdata": base64.b64encode(gaps.astype(f"<{kind}").tobytes()).decode()}

@@ -1,0 +1,226 @@
+"""One HTML page that opens anywhere, without a network, and shows a whole result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+from plotly.offline import get_plotlyjs
+
+from estimfw.report.charts import charts_of
+from estimfw.report.headline import Headline, headlines
+from estimfw.report.interactive import height_of, plotly_figure
+from estimfw.report.markup import data_block, facts, note, table
+from estimfw.report.numbers import count, plain
+from estimfw.report.palette import DARK_TWIN
+from estimfw.report.panel import Chart
+from estimfw.report.tables import (
+    disposition_table,
+    end_table,
+    equivalence_table,
+    event_table,
+    nis_verdict,
+    policy_table,
+)
+from estimfw.run.result_names import measurement_names
+from estimfw.run.summary import events_of, json_attribute, measurement_summaries
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["page"]
+
+EVENTS_SHOWN = 1000
+DATA_BYTES = 3_800_000
+"""For the curves of a page; plotly.js itself takes 4.8 MB of the 10."""
+
+POLICY = "; ".join(
+    (
+        "default-src 'none'",
+        "script-src 'unsafe-inline'",
+        "style-src 'unsafe-inline'",
+        "img-src data: blob:",
+        "form-action 'none'",
+        "base-uri 'none'",
+    )
+)
+"""The browser is told to fetch and to send nothing, whatever the page contains."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    key: str
+    title: str
+    body: str
+
+
+def page(dataset: xr.Dataset) -> str:
+    """The report of a result as HTML, with its styles, its script and plotly.js inside.
+
+    Long records are thinned so that the page stays below 10 MB; extremes are kept (`kept_rows`).
+    """
+    charts = charts_of(dataset, points_per_curve(dataset))
+    sections = [section for section in _sections(dataset, charts) if section.body]
+    title = str(dataset.attrs.get("title") or "Estimation result")
+    figures = "".join(data_block(f"figure-{chart.key}", plotly_figure(chart)) for chart in charts)
+    return (
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(title)}</title>\n'
+        f"<style>\n{_asset('page.css')}</style>\n</head>\n<body>\n"
+        f'<div class="frame">\n{_contents(sections)}<main>\n{_header(dataset, title)}'
+        + "".join(f'<section id="{one.key}">\n<h2>{escape(one.title)}</h2>\n{one.body}</section>\n' for one in sections)
+        + f"{_footer(dataset)}</main>\n</div>\n"
+        + (f"<script>{get_plotlyjs()}</script>\n" if charts else "")
+        + f"{data_block('dark-twin', DARK_TWIN)}{figures}<script>\n{_asset('page.js')}</script>\n</body>\n</html>\n"
+    )
+
+
+def points_per_curve(dataset: xr.Dataset) -> int:
+    """How many points a curve may have, so that all of them fit into the page."""
+    series = dataset.sizes.get("state", 0) + dataset.sizes.get("output", 0)
+    rows = sum(dataset.sizes.get(f"{name}_row", 1) for name in measurement_names(dataset))
+    curves = 9 * series + 4 * rows + 12 * len(measurement_names(dataset))
+    bytes_of_a_point = 2 * 4 * 4 / 3
+    return max(40, min(4000, int(DATA_BYTES / bytes_of_a_point / max(curves, 1))))
+
+
+def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]:
+    by_section: dict[str, list[Chart]] = {}
+    for chart in charts:
+        by_section.setdefault(chart.section, []).append(chart)
+
+    def drawn(key: str, title: str) -> Section:
+        body = "".join(_chart(chart, title) for chart in by_section.get(key, ()))
+        return Section(key.replace("_", "-"), title, body)
+
+    yield Section("headline", "At the end", _headline_cards(headlines(dataset)) + table(end_table(dataset)))
+    yield drawn("outputs", "Convergence of the outputs")
+    yield drawn("output_errors", "Errors of the outputs")
+    yield drawn("states", "States")
+    yield drawn("state_errors", "Errors of the states")
+    yield drawn("sigmas", "Standard deviations")
+    yield drawn("innovations", "Innovations")
+    yield drawn("nis", "Consistency (NIS)")
+    yield Section("dispositions", "What became of the measurements", table(disposition_table(dataset)))
+    yield Section("events", "Events", table(event_table(dataset, EVENTS_SHOWN)))
+    yield Section("policies", "Policies", table(policy_table(dataset)))
+    yield Section("equivalence", "Equivalence of model and mechanization", table(equivalence_table(dataset)))
+    yield Section("provenance", "Provenance", _provenance(dataset))
+
+
+def _contents(sections: Iterable[Section]) -> str:
+    links = "".join(f'<li><a href="#{one.key}">{escape(one.title)}</a></li>\n' for one in sections)
+    return f'<nav aria-label="Contents"><p>Contents</p>\n<ol>\n{links}</ol></nav>\n'
+
+
+def _header(dataset: xr.Dataset, title: str) -> str:
+    provenance = json_attribute(dataset, "provenance", {})
+    time = dataset["time"].to_numpy()
+    told = [f"{count(time.size)} steps to {plain(float(time[-1]))} s"] if time.size else ["no steps"]
+    told += [
+        f"{word} {provenance[word]}" for word in ("covariance", "kernel", "seed") if provenance.get(word) is not None
+    ]
+    chips = "".join(f'<span class="chip {tone}">{escape(text)}</span>\n' for text, tone in _chips(dataset))
+    return (
+        f"<header>\n<h1>{escape(title)}</h1>\n<p>{escape(' · '.join(told))}</p>\n"
+        f'<div class="chips">\n{chips}</div>\n{_mismatches(dataset)}</header>\n'
+    )
+
+
+def _chips(dataset: xr.Dataset) -> Iterator[tuple[str, str]]:
+    for one in measurement_summaries(dataset):
+        yield f"{one.name}: {count(one.counts['fused'])} of {count(one.total)} fused", ""
+        verdict = nis_verdict(one)
+        if verdict.tone:
+            yield f"NIS of {one.name} {verdict.text}", verdict.tone
+    events = sum(event.count for event in events_of(dataset))
+    yield (f"{count(events)} event{'s' if events != 1 else ''}", "warn" if events else "good")
+
+
+def _mismatches(dataset: xr.Dataset) -> str:
+    entries = [entry for entry in json_attribute(dataset, "equivalence", []) if entry.get("status") == "mismatch"]
+    if not entries:
+        return ""
+    lines = "".join(
+        f"<li><code>{escape(str(e.get('operation')))}</code>: {escape(str(e.get('text')))}</li>" for e in entries
+    )
+    return f'<div class="banner"><strong>Model and mechanization do not match.</strong><ul>{lines}</ul></div>\n'
+
+
+def _headline_cards(lines: Iterable[Headline]) -> str:
+    cards = "".join(_card(line) for line in lines)
+    return f'<div class="cards">\n{cards}</div>\n<h3>All values</h3>\n' if cards else ""
+
+
+def _card(line: Headline) -> str:
+    fine = f" (±{escape(line.fine)})" if line.fine else ""
+    verdict = "" if line.trusted else " bad"
+    error = f'<div class="small{verdict}">error {escape(line.error)}</div>' if line.error else ""
+    return (
+        f'<div class="card"><div class="name">{escape(line.name)}</div>'
+        f'<div class="value">{escape(line.value + line.unit)}</div>'
+        f'<div class="sigma">±{escape(line.sigma + line.unit)}{fine}</div>{error}</div>\n'
+    )
+
+
+def _chart(chart: Chart, section: str) -> str:
+    told = note(chart.note) if chart.note else ""
+    title = "" if chart.title == section else f"<h3>{escape(chart.title)}</h3>\n"
+    return (
+        f"{title}{told}"
+        f'<div class="chart" data-figure="figure-{chart.key}" style="height:{height_of(chart)}px" role="img" '
+        f'aria-label="{escape(chart.title)}"></div>\n'
+    )
+
+
+def _provenance(dataset: xr.Dataset) -> str:
+    provenance = json_attribute(dataset, "provenance", {})
+    pairs = [pair for key, value in provenance.items() if key != "config" for pair in _flat(str(key), value)]
+    config = provenance.get("config")
+    shown = (
+        ""
+        if not config
+        else f"<details><summary>Resolved config</summary>\n<pre>{escape(_yaml(config))}</pre></details>\n"
+    )
+    return facts(pairs) + shown if pairs or shown else ""
+
+
+def _flat(name: str, value: Any) -> Iterator[tuple[str, str]]:
+    name = name.replace("_", " ")
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from _flat(f"{name}: {key}", item)
+    elif isinstance(value, list) and any(isinstance(item, dict) for item in value):
+        for number, item in enumerate(value):
+            yield from _flat(f"{name} {number + 1}", item)
+    elif isinstance(value, list):
+        yield name, ", ".join(str(item) for item in value)
+    elif value is not None:
+        yield name, f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _yaml(config: Any) -> str:
+    from ruamel.yaml import YAML
+
+    writer = YAML()
+    writer.width = 100
+    out = StringIO()
+    writer.dump(config, out)
+    return out.getvalue()
+
+
+def _footer(dataset: xr.Dataset) -> str:
+    versions = json_attribute(dataset, "provenance", {}).get("versions")
+    version = versions.get("estimfw", "") if isinstance(versions, dict) else ""
+    return (
+        f"<footer>Made by estimfw {escape(str(version))} from the result alone; this page fetches nothing.</footer>\n"
+    )
+
+
+def _asset(name: str) -> str:
+    return files("estimfw.report").joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,103 @@
+"""One state or one output of a result over time, in its display unit and without jumps of whole turns."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from estimfw.data.record import FloatArray
+from estimfw.report.angles import beside, unwrapped, wrapped
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Axis", "Series", "grouped", "series_of"]
+
+Axis = Literal["output", "state"]
+
+VARIABLES: dict[Axis, tuple[str, str, str, str]] = {
+    "output": ("output_value", "output_sigma", "output_truth", "output_error"),
+    "state": ("estimate", "sigma", "truth", "error"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """A column of the result; what is unknown is NaN throughout. Arrays are (N,), made when they are asked for."""
+
+    dataset: xr.Dataset
+    axis: Axis
+    column: int
+
+    @property
+    def label(self) -> str:
+        """Such as ``velocity_error[E]``."""
+        return str(self.dataset[self.axis].to_numpy()[self.column])
+
+    @property
+    def group(self) -> str:
+        """The block or family: ``velocity_error``, ``attitude``."""
+        return re.split(r"[.\[]", self.label)[0]
+
+    @property
+    def unit(self) -> str:
+        """The display unit."""
+        return str(self.dataset[f"{self.axis}_display_unit"].to_numpy()[self.column])
+
+    @property
+    def value(self) -> FloatArray:
+        """Estimated values."""
+        return self._value() * self._scale
+
+    @property
+    def sigma(self) -> FloatArray:
+        """Standard deviations."""
+        return self._raw(1) * self._scale
+
+    @property
+    def truth(self) -> FloatArray:
+        """True values, beside the estimated ones."""
+        raw = self._raw(2)
+        return (beside(raw, self._value()) if self._is_angle else raw) * self._scale
+
+    @property
+    def error(self) -> FloatArray:
+        """Estimate minus truth."""
+        raw = self._raw(3)
+        return (wrapped(raw) if self._is_angle else raw) * self._scale
+
+    def _value(self) -> FloatArray:
+        raw = self._raw(0)
+        return unwrapped(raw) if self._is_angle else raw
+
+    @property
+    def _scale(self) -> float:
+        return float(self.dataset[f"{self.axis}_display_scale"].to_numpy()[self.column])
+
+    @property
+    def _is_angle(self) -> bool:
+        """An output in rad is an orientation, of which whole turns mean nothing; a state is a small error."""
+        return self.axis == "output" and str(self.dataset["output_unit"].to_numpy()[self.column]) == "rad"
+
+    def _raw(self, which: int) -> FloatArray:
+        name = VARIABLES[self.axis][which]
+        if name not in self.dataset:
+            return np.full(self.dataset.sizes["time"], np.nan)
+        return np.asarray(self.dataset[name].to_numpy()[:, self.column], dtype=np.float64)
+
+
+def series_of(dataset: xr.Dataset, axis: Axis) -> tuple[Series, ...]:
+    """All states or all outputs of a result, none where it has none."""
+    if VARIABLES[axis][0] not in dataset:
+        return ()
+    return tuple(Series(dataset, axis, column) for column in range(dataset.sizes[axis]))
+
+
+def grouped(series: tuple[Series, ...], most: int) -> list[tuple[Series, ...]]:
+    """Neighbours of one block and one unit together, at most ``most`` in a group."""
+    families = (tuple(family) for _, family in groupby(series, key=lambda one: (one.group, one.unit)))
+    return [family[start : start + most] for family in families for start in range(0, len(family), most)]

@@ -1,0 +1,171 @@
+"""The tables of a result as rows of cells, for the page and for the terminal alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from estimfw.data.record import Event
+from estimfw.report.numbers import UNKNOWN, count, plain, plus_minus, significant
+from estimfw.run.result_names import DISPOSITIONS
+from estimfw.run.summary import (
+    EndValue,
+    MeasurementSummary,
+    end_outputs,
+    end_states,
+    events_of,
+    json_attribute,
+    measurement_summaries,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "Cell",
+    "Table",
+    "disposition_table",
+    "end_table",
+    "equivalence_table",
+    "event_table",
+    "nis_verdict",
+    "policy_table",
+]
+
+
+REMOVED = ("states", "terms", "rows", "noises")
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A text; ``tone`` is ``good``, ``bad``, ``warn`` or empty."""
+
+    text: str
+    tone: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Head and rows; columns in ``numeric`` are set flush right. ``note`` says what was left out."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    numeric: frozenset[int] = frozenset()
+    note: str = ""
+
+
+def end_table(dataset: xr.Dataset) -> Table:
+    """Outputs and states at the end, in display units; errors where truth is known."""
+    ends = (*end_outputs(dataset), *end_states(dataset))
+    with_error = any(np.isfinite(end.error) for end in ends)
+    head = ("", "value", "σ", "unit", *(("error", "error / σ") if with_error else ()))
+    rows = tuple(_end_row(end, with_error) for end in ends)
+    last = float(dataset["time"].to_numpy()[-1]) if dataset.sizes["time"] else np.nan
+    early = sorted({end.time for end in ends if end.time < last and np.isfinite(end.value)})
+    note = f"Last known values; some end before the run does (at {plain(early[0])} s)." if early else ""
+    return Table(head, rows, frozenset({1, 2, 4, 5}), note)
+
+
+def _end_row(end: EndValue, with_error: bool) -> tuple[Cell, ...]:
+    value, sigma, error = end.display()
+    shown, spread = plus_minus(value, sigma)
+    cells = (Cell(end.label), Cell(shown), Cell(spread), Cell(end.display_unit))
+    if not with_error:
+        return cells
+    ratio = error / sigma if sigma > 0 else np.nan
+    tone = "bad" if abs(ratio) > 3 else ""
+    return (*cells, Cell(plus_minus(error, sigma)[0]), Cell(significant(ratio, 2), tone))
+
+
+def disposition_table(dataset: xr.Dataset) -> Table:
+    """What became of each measurement, and whether its NIS is what chi-square says."""
+    rows = tuple(_disposition_row(one) for one in measurement_summaries(dataset))
+    head = ("measurement", "epochs", *DISPOSITIONS, "mean NIS", "expected", "verdict")
+    return Table(head, rows, frozenset(range(1, len(DISPOSITIONS) + 4)))
+
+
+def _disposition_row(one: MeasurementSummary) -> tuple[Cell, ...]:
+    counts = [Cell(count(n), "warn" if n and word != "fused" else "") for word, n in one.counts.items()]
+    means = (Cell(significant(one.nis_mean, 3)), Cell(plain(one.freedom)))
+    return (Cell(one.name), Cell(count(one.total)), *counts, *means, nis_verdict(one))
+
+
+def nis_verdict(one: MeasurementSummary) -> Cell:
+    """The mean NIS against the two-sided 99 % bounds of chi-square for all fused epochs together."""
+    fused = one.counts["fused"]
+    if not fused or not np.isfinite(one.nis_mean):
+        return Cell(UNKNOWN)
+    degrees = one.freedom * fused
+    low, high = (float(chi2.ppf(level, degrees)) / fused for level in (0.005, 0.995))
+    if one.nis_mean > high:
+        return Cell("too large: sigmas are too small", "bad")
+    if one.nis_mean < low:
+        return Cell("too small: sigmas are too large", "warn")
+    return Cell("consistent", "good")
+
+
+def event_table(dataset: xr.Dataset, most: int) -> Table:
+    """The first ``most`` events."""
+    events = events_of(dataset)
+    rows = tuple(_event_row(event) for event in events[:most])
+    left = len(events) - most
+    note = f"{count(left)} more events are in the result." if left > 0 else ""
+    return Table(("time, s", "source", "kind", "count", "what happened"), rows, frozenset({0, 3}), note)
+
+
+def _event_row(event: Event) -> tuple[Cell, ...]:
+    time = f"{event.time:.3f}".rstrip("0").rstrip(".") if np.isfinite(event.time) else UNKNOWN
+    return (Cell(time), Cell(event.source), Cell(event.kind), Cell(count(event.count)), Cell(event.text))
+
+
+def policy_table(dataset: xr.Dataset) -> Table:
+    """What each policy did to the model, on what condition, and at what price."""
+    policies = json_attribute(dataset, "policies", [])
+    rows = tuple(_policy_row(number + 1, policy) for number, policy in enumerate(policies))
+    head = ("", "policy", "kind", "states", "removed", "price", "true when")
+    return Table(head, rows, frozenset({0}))
+
+
+def _policy_row(number: int, policy: dict[str, Any]) -> tuple[Cell, ...]:
+    kind = str(policy.get("kind", ""))
+    tone = {"exact": "good", "mirrored": "good", "approximate": "warn"}.get(kind, "")
+    removed = [label for part in REMOVED for label in policy.get(f"removed_{part}") or []]
+    return (
+        Cell(str(number)),
+        Cell(str(policy.get("label", ""))),
+        Cell(kind, tone),
+        Cell(f"{len(policy.get('before') or [])} → {len(policy.get('after') or [])}"),
+        Cell(", ".join(map(str, removed)) or UNKNOWN),
+        Cell(_price(policy)),
+        Cell(str(policy.get("condition") or policy.get("text") or UNKNOWN)),
+    )
+
+
+def _price(policy: dict[str, Any]) -> str:
+    """The numbers that the policy gives for how well its condition holds."""
+    number = policy.get("number")
+    measures = policy.get("measures") or ([{**number, "name": ""}] if number else [])
+    told = (f"{one.get('name', '')} {float(one['value']):.3g} {one.get('unit', '')}".strip() for one in measures)
+    return "; ".join(told) or UNKNOWN
+
+
+def equivalence_table(dataset: xr.Dataset) -> Table:
+    """For each operation of the nominal provider: is it computed, and has the error model its mirror?"""
+    rows = tuple(_equivalence_row(entry) for entry in json_attribute(dataset, "equivalence", []))
+    return Table(("operation", "mirrored by", "in the model", "computed", "setting", "status", ""), rows)
+
+
+def _equivalence_row(entry: dict[str, Any]) -> tuple[Cell, ...]:
+    status = str(entry.get("status", ""))
+    return (
+        Cell(str(entry.get("operation", ""))),
+        Cell(str(entry.get("mirror") or UNKNOWN)),
+        Cell("yes" if entry.get("in_model") else "no"),
+        Cell("yes" if entry.get("computed") else "no"),
+        Cell(str(entry.get("setting", ""))),
+        Cell(status, {"equivalent": "good", "mismatch": "bad"}.get(status, "")),
+        Cell(str(entry.get("text") or "")),
+    )

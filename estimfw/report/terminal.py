@@ -1,0 +1,74 @@
+"""A result in the terminal: the attitude, the values at the end, the measurements, the events, the files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table as RichTable
+from rich.text import Text
+
+from estimfw.report.headline import Headline, headlines
+from estimfw.report.tables import Table, disposition_table, end_table, event_table
+from estimfw.run.summary import json_attribute
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["print_result"]
+
+EVENTS_SHOWN = 10
+TONES = {"good": "green", "warn": "yellow", "bad": "bold red"}
+
+
+def print_result(dataset: xr.Dataset, paths: Sequence[Path], console: Console) -> None:
+    """Print what one wants to know after a run.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    paths : sequence of Path
+        The files that were written.
+    console : rich.console.Console
+        Where to.
+    """
+    console.print(Text(str(dataset.attrs.get("title") or "Estimation result"), style="bold"))
+    for entry in json_attribute(dataset, "equivalence", []):
+        if entry.get("status") == "mismatch":
+            text = f"model and mechanization do not match: {entry.get('operation')}: {entry.get('text')}"
+            console.print(Text(text, style=TONES["bad"]))
+    for line in headlines(dataset):
+        console.print(_headline(line))
+    _print_table(console, "At the end", end_table(dataset))
+    _print_table(console, "Measurements", disposition_table(dataset))
+    _print_table(console, "Events", event_table(dataset, EVENTS_SHOWN))
+    for path in paths:
+        console.print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+def _headline(line: Headline) -> Text:
+    text = Text(f"  {line.name:<8} ")
+    text.append(f"{line.value}{line.unit}", style="bold")
+    text.append(f" ± {line.sigma}{line.unit}" + (f" ({line.fine})" if line.fine else ""))
+    if line.error:
+        text.append(f"   error {line.error}", style="" if line.trusted else TONES["bad"])
+    return text
+
+
+def _print_table(console: Console, title: str, content: Table) -> None:
+    if not content.rows:
+        return
+    shown = RichTable(
+        title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, padding=(0, 2, 0, 0)
+    )
+    for column, head in enumerate(content.head):
+        shown.add_column(Text(head, style="dim"), justify="right" if column in content.numeric else "left")
+    for row in content.rows:
+        shown.add_row(*(Text(cell.text, style=TONES.get(cell.tone, "")) for cell in row))
+    console.print()
+    console.print(shown)
+    if content.note:
+        console.print(Text(content.note, style="dim"))
