@@ -18,7 +18,8 @@ __all__ = ["command"]
 def command(config: Path, overrides: tuple[str, ...], as_json: bool, data: bool) -> None:
     """Check CONFIG: the config, the model, the policies, the plan, the record; everything but the run."""
     from estimfw.analysis.directions import undetectable_directions
-    from estimfw.run.prepare import load_record, prepare
+    from estimfw.run.load import load_record
+    from estimfw.run.prepare import prepare
 
     problem = open_problem(config, overrides)
     notes = [

@@ -20,7 +20,7 @@ __all__ = ["command"]
 def command(config: Path, overrides: tuple[str, ...], as_json: bool, output: Path, kind: str, force: bool) -> None:
     """Write the streams of CONFIG's source, one file a stream, and the truth as truth.npz."""
     from estimfw.run.files import output_folder
-    from estimfw.run.prepare import load_record
+    from estimfw.run.load import load_record
     from estimfw.run.record_file import write_record
 
     problem = open_problem(config, overrides)

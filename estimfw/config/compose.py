@@ -84,6 +84,8 @@ class Problem:
         Finds the start (``find``, ``reference``).
     source : object or None
         Makes the record.
+    aiding : mapping of str to object
+        Further sources, whose streams join the record.
     monitors : tuple of objects
     warnings : tuple of str
     """
@@ -102,6 +104,7 @@ class Problem:
     estimator: KalmanConfig
     initial: Any
     source: Any
+    aiding: Mapping[str, Any]
     monitors: tuple[Any, ...]
     warnings: tuple[str, ...]
 
@@ -174,6 +177,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     initial = _initial(cfg, build, site)
     given = initial.reference() if initial is not None else None
     source = build.make("source", cfg.source, ("source",), site, given) if cfg.source is not None else None
+    aiding = {n: build.make("source", s, ("aiding", n), site, given) for n, s in cfg.aiding.items()}
     full = _model(cfg, build, site)
     reference = _reference(provider, given, source)
     policies: list[Policy] = [build.make("policy", p, ("policies", i)) for i, p in enumerate(cfg.policies)]
@@ -188,6 +192,7 @@ def compose(document: Document, registry: Registry) -> Problem:
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
         checks=checks, provider=provider,
         settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
+        aiding=aiding,
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
         warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry)),
     )  # fmt: skip

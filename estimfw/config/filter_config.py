@@ -62,7 +62,8 @@ class PriorConfig(Settings):
 class FilterConfig(Settings):
     """A filter, its data and its checks.
 
-    ``blocks``, ``process``, ``inputs``, ``measurements`` and ``monitors`` hold named components, each with its ``kind``.
+    ``blocks``, ``process``, ``inputs``, ``measurements``, ``monitors`` and ``aiding`` hold named components, each with its
+    ``kind``.
     """
 
     estimfw: Annotated[Literal[1], Field(description="version of the config language")]
@@ -80,3 +81,4 @@ class FilterConfig(Settings):
     estimator: Section | None = None
     monitors: dict[Identifier, Section] = {}
     source: Section | None = None
+    aiding: dict[Identifier, Section] = Field(default={}, description="further sources, whose streams join the record")

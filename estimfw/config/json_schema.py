@@ -22,6 +22,7 @@ _NAMED = {
     "inputs": "input",
     "measurements": "measurement",
     "monitors": "monitor",
+    "aiding": "source",
 }
 _SINGLE = {"nominal": "nominal", "estimator": "estimator", "source": "source", "initial_attitude": "initial"}
 #: The kind of these follows from another section.

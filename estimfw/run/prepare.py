@@ -18,7 +18,7 @@ from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterSt
 from estimfw.model.nominal import BoundProvider, InitialNominal
 from estimfw.plan.plan import Plan
 
-__all__ = ["Prepared", "Scan", "filter_start", "load_record", "make_chunk", "make_scan", "prepare"]
+__all__ = ["Prepared", "Scan", "filter_start", "make_chunk", "make_scan", "prepare"]
 
 FloatArray = NDArray[np.float64]
 
@@ -53,30 +53,6 @@ class Prepared:
     state: FilterState
     prior: tuple[FloatArray, FloatArray]
     events: tuple[Event, ...]
-
-
-def load_record(problem: Problem) -> Record:
-    """The record of the config's source.
-
-    Raises
-    ------
-    ConfigError
-        There is no source.
-    DataError
-        It cannot be read.
-    """
-    if problem.source is None:
-        raise ConfigError(
-            "there is nothing to run on: the config has no source",
-            location=problem.document.locate(()),
-            hint="add a source, such as source: {kind: inertial.imu_log, file: my.imu}",
-        )
-    if hasattr(problem.source, "load_for"):
-        row = problem.plan.layout.pack(problem.reference)
-        made: Record = problem.source.load_for(problem.plan, problem.plan.layout.complete(row))
-        return made
-    loaded: Record = problem.source.load()
-    return loaded
 
 
 def prepare(problem: Problem, record: Record) -> Prepared:

@@ -13,8 +13,9 @@ from estimfw.config.compose import Problem
 from estimfw.data.record import Event, Record
 from estimfw.errors import NumericalError
 from estimfw.estimators.scan import ChunkResult
+from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
-from estimfw.run.prepare import Prepared, load_record, make_chunk, prepare
+from estimfw.run.prepare import Prepared, make_chunk, prepare
 
 __all__ = ["Collected", "Timing", "run_problem"]
 

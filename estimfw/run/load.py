@@ -1,0 +1,59 @@
+"""The record of a config: what its source makes, joined by the streams of its aiding sensors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from estimfw.config.compose import Problem
+from estimfw.data.record import Record, Stream
+from estimfw.errors import ConfigError
+
+__all__ = ["load_record"]
+
+
+def load_record(problem: Problem) -> Record:
+    """The record to run on.
+
+    Truth and start are those of ``source``; ``aiding`` adds streams and events.
+
+    Raises
+    ------
+    ConfigError
+        There is no source, or two of them bring one stream.
+    DataError
+        A source cannot be read.
+    """
+    if problem.source is None:
+        raise ConfigError(
+            "there is nothing to run on: the config has no source",
+            location=problem.document.locate(()),
+            hint="add a source, such as source: {kind: inertial.imu_log, file: my.imu}",
+        )
+    record = _loaded(problem.source, problem)
+    for name, source in problem.aiding.items():
+        record = _joined(record, name, _loaded(source, problem), problem)
+    return record
+
+
+def _loaded(source: Any, problem: Problem) -> Record:
+    """A source that simulates a model gets to see the plan."""
+    if hasattr(source, "load_for"):
+        row = problem.plan.layout.pack(problem.reference)
+        made: Record = source.load_for(problem.plan, problem.plan.layout.complete(row))
+        return made
+    loaded: Record = source.load()
+    return loaded
+
+
+def _joined(record: Record, name: str, added: Record, problem: Problem) -> Record:
+    streams: dict[str, Stream] = dict(record.streams)
+    for key, stream in added.streams.items():
+        if key in streams:
+            raise ConfigError(
+                f"aiding.{name} brings the stream {key!r}, which another source brings already",
+                location=problem.document.locate(("aiding", name)),
+                hint=f"streams so far: {', '.join(streams)}",
+            )
+        streams[key] = stream
+    attributes = {**record.attributes, f"aiding.{name}": dict(added.attributes)}
+    return Record(streams, record.truth, (*record.events, *added.events), record.initial, attributes)
