@@ -75,6 +75,10 @@ class Registry:
         other = sorted(r for r, k in self._components if k == kind)
         if other:
             hints.insert(0, f"{kind!r} is a {' and a '.join(other)}, no {role}")
+        owner = kind.partition(".")[0]
+        if "." in kind and owner not in {p.name for p in self.plugins}:
+            names = ", ".join(p.name for p in self.plugins[1:]) or "none"
+            hints.insert(0, f"no plugin {owner!r} is installed (installed: {names})")
         if self.failed:
             names = "; ".join(f"{p.name} from {p.origin} ({p.status}: {p.reason})" for p in self.failed)
             hints.append(f"plugins that are not loaded: {names}")
