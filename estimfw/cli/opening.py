@@ -33,13 +33,9 @@ def config_arguments(command: F) -> F:
 
 def open_problem(config: Path, overrides: Sequence[str]) -> Problem:
     """Load the config and the plugins, and compose; warnings go to standard error."""
-    from estimfw.config.compose import compose
-    from estimfw.config.generic.components import core_components
-    from estimfw.config.load import load_document
-    from estimfw.registry.load import load_plugins
+    from estimfw.run.from_python import open_filter
 
-    document = load_document(config, overrides)
-    problem = compose(document, load_plugins(core_components()))
+    problem = open_filter(config, overrides)
     for warning in problem.warnings:
         say(f"warning: {warning}", style="yellow")
     return problem

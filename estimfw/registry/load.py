@@ -10,11 +10,11 @@ from typing import Any
 
 import pluggy
 
-from estimfw import __version__
 from estimfw.registry import hookspecs
 from estimfw.registry.component import API_VERSION, ROLES, Component
 from estimfw.registry.plugin import CORE, Plugin, Status
 from estimfw.registry.registry import Registry
+from estimfw.version import __version__
 
 __all__ = ["load_plugins"]
 

@@ -86,6 +86,18 @@ def test_without_the_plugin_its_kind_is_refused_by_name(config: Path) -> None:
     assert "aided.yaml:" in done.stderr
 
 
+def test_vendors_own_tests_can_use_the_conformance_kit(vendor: Path, config: Path) -> None:
+    code = (
+        "from estimfw import open_filter; from estimfw.testing import check_measurements\n"
+        "still = ['source.misalignment=[0 deg, 0 deg, 0 deg]', 'policies=[]', 'source.accel_bias=0 ug']\n"
+        f"check_measurements(open_filter({config.name!r}, still), tolerance=1e-4)"
+    )
+    environment = os.environ | {"PYTHONPATH": str(vendor)}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=config.parent, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_vendors_own_error_is_placed_in_the_config(vendor: Path, config: Path) -> None:
     done = estimfw("run", str(config), "--set", "aiding.compass.file=gone.csv", vendor=vendor, cwd=config.parent)
     assert done.returncode == 5
