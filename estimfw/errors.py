@@ -47,16 +47,27 @@ class EstimfwError(Exception):
         The file, line and column.
     hint : str, optional
         What was expected, or the nearest valid thing.
+    within : tuple of str and int
+        For a fault in the settings of a component: the path inside them. Whoever knows where the component stands makes a
+        location of it.
     """
 
     exit_code = 1
     kind = "error"
 
-    def __init__(self, message: str, *, location: Location | None = None, hint: str | None = None) -> None:
+    def __init__(
+        self,
+        message: str,
+        *,
+        location: Location | None = None,
+        hint: str | None = None,
+        within: tuple[str | int, ...] = (),
+    ) -> None:
         super().__init__(message)
         self.message = message
         self.location = location
         self.hint = hint
+        self.within = within
 
     def __str__(self) -> str:
         text = f"{self.location}: {self.message}" if self.location else self.message

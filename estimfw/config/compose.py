@@ -154,7 +154,7 @@ class _Builder:
 
     def _placed(self, error: EstimfwError, path: tuple[str | int, ...]) -> EstimfwError:
         if error.location is None:
-            error.location = self.document.locate(path)
+            error.location = self.document.locate((*path, *error.within))
         return error
 
 
@@ -263,7 +263,7 @@ def _apply(
     changes: list[Change] = []
     for i, policy in enumerate(policies):
         try:
-            model, made = apply_policies(model, [policy], reference)
+            model, made = apply_policies(model, [policy], reference, earlier=changes)
         except ConfigError as error:
             error.location = error.location or document.locate(("policies", i))
             raise

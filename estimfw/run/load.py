@@ -29,20 +29,24 @@ def load_record(problem: Problem) -> Record:
             location=problem.document.locate(()),
             hint="add a source, such as source: {kind: inertial.imu_log, file: my.imu}",
         )
-    record = _loaded(problem.source, problem)
+    record = _loaded(problem.source, problem, ("source",))
     for name, source in problem.aiding.items():
-        record = _joined(record, name, _loaded(source, problem), problem)
+        record = _joined(record, name, _loaded(source, problem, ("aiding", name)), problem)
     return record
 
 
-def _loaded(source: Any, problem: Problem) -> Record:
-    """A source that simulates a model gets to see the plan."""
-    if hasattr(source, "load_for"):
-        row = problem.plan.layout.pack(problem.reference)
-        made: Record = source.load_for(problem.plan, problem.plan.layout.complete(row))
-        return made
-    loaded: Record = source.load()
-    return loaded
+def _loaded(source: Any, problem: Problem, path: tuple[str, ...]) -> Record:
+    """The record of one source, which stands at ``path``; one that has to know the plan gets to see it."""
+    try:
+        if hasattr(source, "load_for"):
+            row = problem.plan.layout.pack(problem.reference)
+            made: Record = source.load_for(problem.plan, problem.plan.layout.complete(row))
+            return made
+        loaded: Record = source.load()
+        return loaded
+    except ConfigError as error:
+        error.location = error.location or problem.document.locate((*path, *error.within))
+        raise
 
 
 def _joined(record: Record, name: str, added: Record, problem: Problem) -> Record:

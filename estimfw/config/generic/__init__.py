@@ -2,5 +2,5 @@
 
 Blocks: ``random_constant``, ``random_walk``, ``gauss_markov``, ``integrated_random_walk``. Process: ``couple``. Measurement:
 ``direct``. Input: ``schedule``. Policies: ``drop_term``, ``drop_states``, ``express_in_frame``, ``fix_nominal``,
-``prune_unobservable``. Nominal: ``constant``. Sources: ``simulate_model``, ``table``. Estimator: ``kalman``.
+``prune_unobservable``. Nominal: ``constant``. Sources: ``simulate_model``, ``log``. Estimator: ``kalman``.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from estimfw.config.generic import blocks, direct, kalman, nominal, policies, process, simulate_model
+from estimfw.config.generic import blocks, direct, kalman, log, nominal, policies, process, simulate_model
 from estimfw.registry.component import Component
 
 __all__ = ["core_components"]
@@ -36,5 +36,6 @@ def core_components() -> list[Component]:
             "source", "simulate_model", simulate_model.SimulateModelConfig, simulate_model.simulate_model,
             "the model itself, simulated",
         ),
+        Component("source", "log", log.LogConfig, log.log, "logged measurements: a CSV or NPZ file for each stream"),
         Component("estimator", "kalman", kalman.KalmanConfig, kalman.kalman, "Kalman filter: UD or Joseph"),
     ]  # fmt: skip

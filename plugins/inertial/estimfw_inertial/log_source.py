@@ -18,14 +18,15 @@ from pydantic import Field, Strict
 
 from estimfw.config.types import PositiveInt, Settings, positive_quantity, quantity
 from estimfw.data.record import Event, Record, Stream
+from estimfw.data.row_order import Rows, TimeErrors, in_order
+from estimfw.data.sampling import check_rate
 from estimfw.errors import ConfigError, DataError, Location
 from estimfw.model.nominal import InitialNominal
 from estimfw_inertial.missing_rows import Missing, bridged, gap_events
 from estimfw_inertial.mounting import MountingConfig, mounting
 from estimfw_inertial.place import Place
 from estimfw_inertial.readers import CsvLayout, ImuLog, read_log
-from estimfw_inertial.record_checks import StandingMeans, check_rate, check_standing, check_step
-from estimfw_inertial.row_order import Rows, TimeErrors, in_order
+from estimfw_inertial.record_checks import StandingMeans, check_standing, check_step
 from estimfw_inertial.stuck_sensor import stuck_events
 
 __all__ = ["ColumnsConfig", "ImuLogConfig", "ImuLogSource", "UnitsConfig", "build_imu_log"]

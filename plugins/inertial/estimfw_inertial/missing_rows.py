@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.data.record import Event
+from estimfw.data.row_order import Rows
 from estimfw.errors import DataError
-from estimfw_inertial.row_order import Rows
 
 __all__ = ["Missing", "bridged", "gap_events"]
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from estimfw.data.readers.file_there import refuse_missing_file
 from estimfw.errors import DataError, Location
 from estimfw_inertial.readers import csv, npz, psins_imu
 from estimfw_inertial.readers.imu_log import ImuLog
@@ -44,9 +45,7 @@ def read_log(path: Path, layout: CsvLayout | None = None, format: str = "auto") 
     DataError
         No such file, not a file, not permitted, an unknown suffix, or contents that are not what they should be.
     """
-    if not path.is_file():
-        what = "is a folder, not a file" if path.is_dir() else "does not exist"
-        raise DataError(f"the IMU log {what}", location=Location(str(path)), hint="give the path of the log in `file`")
+    refuse_missing_file(path, "the IMU log")
     if format == "auto":
         format = _SUFFIXES.get(path.suffix.lower(), "")
     if format not in FORMATS:

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.data.readers.number_table import NumberTable, decoded
 from estimfw.errors import DataError, Location
 from estimfw_inertial.readers.imu_log import ImuLog, imu_stream
 from estimfw_inertial.readers.layout import CsvLayout
-from estimfw_inertial.readers.number_table import NumberTable, decoded
 from estimfw_inertial.rotation import attitude_matrix
 
 __all__ = ["read"]

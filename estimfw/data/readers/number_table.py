@@ -97,12 +97,13 @@ class NumberTable:
             return
         row, found = int(wrong[0]), int(widths[wrong[0]])
         last = row == int(np.flatnonzero(widths)[-1])
+        mostly = wrong.size > np.count_nonzero(widths) / 2
         if last and found < self.width:
             hint = "the file seems to be cut off: delete its last line, or fetch it again"
-        elif self.separator == "," and found > self.width:
+        elif self.separator == "," and found > self.width and mostly:
             hint = "decimal commas? Then the columns need another separator: `separator: ';'` and `decimal: ','`"
         else:
-            hint = "every row needs as many columns as the first"
+            hint = "every row needs as many columns as the header"
         raise DataError(f"{found} columns, expected {self.width}", location=self._at(row), hint=hint)
 
     def _widths(self) -> NDArray[np.int64]:

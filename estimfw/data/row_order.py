@@ -31,17 +31,19 @@ class Rows:
     values : (N, k) array
     lines : (N,) int array or None
         Line of each row in the file, where it has lines.
+    stream : str
+        Named in events.
     """
 
     file: str
     time: FloatArray
     values: FloatArray
     lines: NDArray[np.int64] | None = None
+    stream: str = "imu"
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.int64] | slice) -> Rows:
-        return Rows(
-            self.file, self.time[which], self.values[which], self.lines[which] if self.lines is not None else None
-        )
+        lines = self.lines[which] if self.lines is not None else None
+        return Rows(self.file, self.time[which], self.values[which], lines, self.stream)
 
     def at(self, row: int) -> Location:
         """The file, and the line of a row."""
@@ -83,7 +85,7 @@ def _straightened(rows: Rows, back: NDArray[np.bool_], how: TimeErrors) -> tuple
             hint="`time_errors: sort` puts the rows in order, `time_errors: drop` leaves the late ones out",
         )
     done = "sorted" if how == "sort" else "dropped"
-    event = Event(float(rows.time[first]), "imu", "time order", f"{seen}; {count} late rows {done}", count)
+    event = Event(float(rows.time[first]), rows.stream, "time order", f"{seen}; {count} late rows {done}", count)
     kept = np.argsort(rows.time, kind="stable") if how == "sort" else ~back
     return rows.take(kept), (event,)
 
@@ -102,7 +104,7 @@ def _without_repeats(rows: Rows) -> tuple[Rows, tuple[Event, ...]]:
             hint="time stamps with too few digits, or two logs in one file?",
         )
     text = f"{later.size} rows repeat the one before them and are dropped, first at {rows.time[later[0]]:.10g} s"
-    return rows.take(~same), (Event(float(rows.time[later[0]]), "imu", "duplicate", text, int(later.size)),)
+    return rows.take(~same), (Event(float(rows.time[later[0]]), rows.stream, "duplicate", text, int(later.size)),)
 
 
 def _known_jump(step: float) -> str:

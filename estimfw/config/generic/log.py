@@ -1,0 +1,70 @@
+"""Measurements that were logged: one file a stream, read for the columns that the measurements name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from estimfw.config.generic.log_stream import LogStreamConfig, read_stream
+from estimfw.config.types import Identifier, Settings, Site
+from estimfw.data.record import Event, FloatArray, Record, Stream
+from estimfw.errors import ConfigError
+from estimfw.model.nominal import InitialNominal
+from estimfw.plan.plan import Plan
+from estimfw.spelling import did_you_mean
+
+__all__ = ["LogConfig", "LogSource", "log"]
+
+
+class LogConfig(Settings):
+    """``streams`` holds one file for each stream that the measurements read (left out of a measurement: its own name)."""
+
+    kind: Literal["log"]
+    streams: Annotated[dict[Identifier, LogStreamConfig], Field(min_length=1)]
+
+
+@dataclass(frozen=True, slots=True)
+class LogSource:
+    """Files, and what to do with them; ``load_for`` reads them anew each time."""
+
+    streams: Mapping[str, LogStreamConfig]
+
+    def load_for(self, plan: Plan, row: FloatArray) -> Record:
+        """The record: a stream for each file, with the columns that the plan needs of it, in SI.
+
+        Raises
+        ------
+        DataError
+            A file that cannot be read or trusted.
+        ConfigError
+            A unit for a column that no measurement reads, or one of the wrong dimension.
+        """
+        del row
+        streams: dict[str, Stream] = {}
+        events: list[Event] = []
+        files: dict[str, object] = {}
+        for name, cfg in self.streams.items():
+            needed = {c: m.unit for m in plan.measurements if m.stream == name for c in m.columns}
+            if not needed:
+                events.append(Event(float("nan"), name, "unused", "no measurement reads this stream"))
+                continue
+            try:
+                streams[name], found, files[name] = read_stream(name, cfg, needed)
+            except ConfigError as error:
+                error.within = ("streams", name, *error.within)
+                raise
+            events.extend(found)
+        if not streams:
+            read = sorted({str(m.stream) for m in plan.measurements if m.stream})
+            near = did_you_mean(next(iter(self.streams)), read)
+            raise ConfigError("no measurement reads any of the streams", hint=near, within=("streams",))
+        return Record(streams, events=tuple(events), attributes={"source": "log", "files": files})
+
+
+def log(cfg: LogConfig, site: Site | None, initial: InitialNominal | None) -> LogSource:
+    """The source; it depends neither on the place nor on the start."""
+    del site, initial
+    return LogSource(cfg.streams)
