@@ -13,6 +13,7 @@ from estimfw.model.frame import Frame
 from estimfw.model.model import Model
 from estimfw.model.parts import BlockParts, KnownInput, Measurement, ProcessParts
 from estimfw.model.prior import Prior, check_covariance
+from estimfw.spelling import did_you_mean
 
 __all__ = ["build_model"]
 
@@ -58,6 +59,7 @@ def build_model(
         outputs=tuple(o for b in blocks for o in b.outputs),
         derived=tuple(derived.values()),
     )
+    _check_frames(model)
     _check_shapes(model)
     return model
 
@@ -95,6 +97,20 @@ def _prior(blocks: Sequence[BlockParts], correlations: Mapping[tuple[str, str], 
     check_covariance(covariance, labels)
     mean = tuple(x for b in blocks for x in b.mean)
     return Prior(mean, tuple(tuple(float(x) for x in row) for row in covariance), identity(n))
+
+
+def _check_frames(model: Model) -> None:
+    """Every frame that a part names is there, so that rotations can be found when a policy asks for them."""
+    named = [(f"frame {f.name!r}", f.parent) for f in model.frames]
+    named += [(f"block {b.name!r}", b.frame) for b in model.blocks]
+    named += [(f"noise {n.name!r}", n.frame) for n in model.noises]
+    named += [(f"term {t.label!r}", t.frame) for t in model.terms]
+    named += [(f"measurement {m.name!r}", m.frame) for m in model.measurements]
+    for what, frame in named:
+        if frame is not None and frame not in model.frame_map:
+            raise ConfigError(
+                f"{what} names the frame {frame!r}, which is not there", hint=did_you_mean(frame, model.frame_map)
+            )
 
 
 def _check_shapes(model: Model) -> None:

@@ -122,7 +122,7 @@ class Coefficient:
             if factor.shape != (1, 1):
                 raise ValueError("only a scalar coefficient multiplies entry by entry; use @")
             p = factor.entries[0][2] if factor.entries else poly.ZERO
-            form = f"{factor.form}\\,{self.form}" if factor.form and self.form else ""
+            form = f"{_factor_form(factor.form)}\\,{_factor_form(self.form)}" if factor.form and self.form else ""
         else:
             p = poly.canonical([(float(factor), ())])
             form = _scaled_form(float(factor), self.form)
@@ -137,7 +137,7 @@ class Coefficient:
         for k, j, q in other.entries:
             by_row.setdefault(k, []).append((j, q))
         products = [(i, j, poly.multiply(p, q)) for i, k, p in self.entries for j, q in by_row.get(k, [])]
-        form = f"{self.form}\\,{other.form}" if self.form and other.form else self.form or other.form
+        form = f"{_factor_form(self.form)}\\,{_factor_form(other.form)}" if self.form and other.form else ""
         return _collect((self.shape[0], other.shape[1]), products, form)
 
     @property
@@ -183,9 +183,11 @@ def _scaled_form(factor: float, form: str) -> str:
         return ""
     if factor == 1.0:
         return form
-    if factor == -1.0:
-        return f"-{form}" if " + " not in form else f"-({form})"
-    return f"{factor:g}\\,{form}" if " + " not in form else f"{factor:g}\\,({form})"
+    return f"-{_factor_form(form)}" if factor == -1.0 else f"{factor:g}\\,{_factor_form(form)}"
+
+
+def _factor_form(form: str) -> str:
+    return f"({form})" if " + " in form or form.startswith("-") else form
 
 
 def zeros(rows: int, columns: int) -> Coefficient:

@@ -111,10 +111,10 @@ class Model:
         return _find(self.measurements, name, "measurement")
 
     def term(self, label: str) -> ProcessTerm:
-        """The process term of that label or alias; ConfigError with the nearest labels."""
-        for term in self.terms:
-            if label == term.label or label in term.aliases:
-                return term
+        """The process term of that label, else of that alias; ConfigError with the nearest labels."""
+        own = [t for t in self.terms if t.label == label] or [t for t in self.terms if label in t.aliases]
+        if own:
+            return own[0]
         hint = did_you_mean(label, (t.label for t in self.terms))
         raise ConfigError(f"the model has no process term {label!r}", hint=hint)
 
@@ -125,8 +125,10 @@ class Model:
 
     @property
     def structure(self) -> Structure:
+        """A renamed term lives under its aliases too: a provider may still mirror it by an old one."""
+        live = (t for t in self.terms if not self.term_matrix(t).is_zero)
         return Structure(
-            frozenset(t.label for t in self.terms if not self.term_matrix(t).is_zero),
+            frozenset(name for t in live for name in (t.label, *t.aliases)),
             frozenset((b.quantity, a) for b in self.blocks if b.quantity for a in b.axes),
         )
 
@@ -135,10 +137,16 @@ class Model:
     def term_matrix(self, term: ProcessTerm) -> Coefficient:
         """The term's coefficient between living axes, rotations inserted, fixed variables put in."""
         target, source = self.block(term.target), self.source(term.source)
-        source_frame = self.noise_frame(source) if isinstance(source, NoiseInput) else _frame_of(source)
-        full = self._between(term.coefficient, term.frame, target.frame, source_frame)
+        source_frame = self.noise_frame(source) if isinstance(source, NoiseInput) else None
+        if isinstance(source, StateBlock):
+            source_frame = source.frame
+        full = self._between(term.coefficient, self._acting(term), target.frame, source_frame)
         source_live = source.live if not isinstance(source, KnownInput) else range(len(source.axes))
         return full.select(list(target.live), list(source_live)).substitute(dict(self.fixed))
+
+    def _acting(self, term: ProcessTerm) -> str | None:
+        """The frame in which a term's coefficient is written: its own, else the one its target (or source) was declared in."""
+        return term.frame or _declared_frame(self.block(term.target)) or _declared_frame(self.source(term.source))
 
     def _between(self, c: Coefficient, acting: str | None, target: str | None, source: str | None) -> Coefficient:
         """Rotations around a coefficient; one that commutes with rotations gets a single one."""
@@ -160,7 +168,7 @@ class Model:
         if noise.frame is None or not noise.is_isotropic_triad:
             return noise.frame
         meet = {
-            self.block(t.target).frame if t.coefficient.isotropic else t.frame
+            self.block(t.target).frame if t.coefficient.isotropic else self._acting(t)
             for t in self.terms
             if t.source == noise.name
         }
@@ -233,7 +241,7 @@ class Model:
         total = zeros(*shape)
         for term in m.terms:
             block = self.block(term.block)
-            full = self._between(term.coefficient, m.frame, m.frame, block.frame)
+            full = self._between(term.coefficient, m.frame or block.declared_frame, m.frame, block.frame)
             part = full.select(list(m.live), list(block.live)).substitute(dict(self.fixed))
             total = total + part.embed(shape, 0, self.offsets[block.name])
         return LabelledMatrix(m.labels, self.states, total)
@@ -281,8 +289,10 @@ def _living_psd(noise: NoiseInput) -> tuple[float, ...]:
     return tuple(noise.psd[i] for i in noise.live)
 
 
-def _frame_of(source: Source) -> str | None:
-    return source.frame if isinstance(source, StateBlock) else None
+def _declared_frame(part: Source) -> str | None:
+    if isinstance(part, StateBlock):
+        return part.declared_frame
+    return part.frame if isinstance(part, NoiseInput) else None
 
 
 def _find(items: Iterable[Part], name: str, what: str) -> Part:

@@ -82,8 +82,14 @@ class StateBlock:
         """Positions of the living axes among all axes."""
         return tuple(self.all_axes.index(a) for a in self.axes)
 
+    @property
+    def declared_frame(self) -> str | None:
+        """The frame in which coefficients that name none are written."""
+        return self.home_frame or self.frame
+
     def in_frame(self, frame: Frame) -> StateBlock:
-        return replace(self, frame=frame.name, all_axes=frame.axes, axes=frame.axes)
+        """The full triad in another frame."""
+        return replace(self, frame=frame.name, home_frame=self.declared_frame, all_axes=frame.axes, axes=frame.axes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +150,7 @@ class ProcessTerm:
     coefficient : Coefficient
         (all axes of target, all axes of source), acting in ``frame``.
     frame : str or None
+        None: the frame that the target was declared in, if it has one, else the source's.
     text : str
         What it is, for people, with its source (paper, equation).
     aliases : tuple of str
@@ -161,7 +168,10 @@ class ProcessTerm:
 
 @dataclass(frozen=True, slots=True)
 class MeasurementTerm:
-    """z += coefficient @ block, taken to the measurement's frame; (all rows, all axes of the block)."""
+    """z += coefficient @ block, taken to the measurement's frame; (all rows, all axes of the block).
+
+    A measurement without a frame (plain rows) reads the block in the frame it was declared in.
+    """
 
     block: str
     coefficient: Coefficient

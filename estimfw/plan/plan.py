@@ -123,6 +123,8 @@ def _canonical(value: Any) -> Any:
         return (type(value).__name__, inner)
     if isinstance(value, tuple):
         return tuple(_canonical(v) for v in value)
+    if isinstance(value, float):
+        return float(value) + 0.0  # equal numbers, equal text: neither a NumPy scalar nor -0.0 gets in
     if callable(value):
         return f"{value.__module__}.{value.__qualname__}"
     return value

@@ -20,7 +20,7 @@ ChangeKind = Literal["exact", "mirrored", "approximate"]
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """A number for how well the condition of a policy holds, in display units."""
+    """A number for how well the condition of a policy holds; SI unless ``unit`` says otherwise."""
 
     name: str
     value: float
@@ -146,7 +146,7 @@ def compare(
         after=after.states,
         removed_terms=gone([t.label for t in before.terms], [t.label for t in after.terms]),
         removed_rows=gone(_rows(before), _rows(after)),
-        removed_noises=gone(_noises(before), _noises(after)),
+        removed_noises=_lost_noises(before, after),
         map=map if map is not None else selection(before, after),
         condition=condition,
         measures=measures,
@@ -158,5 +158,12 @@ def _rows(model: Model) -> list[str]:
     return [label for m in model.measurements for label in m.labels]
 
 
-def _noises(model: Model) -> list[str]:
-    return [label for noise in model.noises for label in model.settled(noise).labels]
+def _lost_noises(before: Model, after: Model) -> tuple[str, ...]:
+    """Axes of noise inputs that drive nothing any more; an input that only changed its frame is not lost."""
+    left = {noise.name: after.settled(noise) for noise in after.noises}
+    lost: list[str] = []
+    for noise in (before.settled(n) for n in before.noises):
+        kept = left.get(noise.name)
+        if kept is None or kept.frame == noise.frame:
+            lost.extend(x for x in noise.labels if kept is None or x not in kept.labels)
+    return tuple(lost)

@@ -41,8 +41,8 @@ class DropFrameRotation:
         block = model.block(self.block)
         at = model.offsets[self.block]
         sigma = np.sqrt(np.diag(model.prior.evaluate(reference)[1]))[at : at + len(block.axes)].max()
-        frame = block.home_frame if block.home_frame != block.frame else block.frame
-        angle = reference.get(turn_name(str(frame)))
+        names = [turn_name(str(frame)) for frame in (block.declared_frame, block.frame)]
+        angle = next((reference[name] for name in names if name in reference), None)
         if angle is None:
             measure = Measure(f"drift of {self.block} per degree of turn", float(sigma * np.pi / 180.0), block.unit)
             condition = "the frames do not turn against each other (the record decides)"

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimfw.errors import ConfigError
 from estimfw.model.model import Model
@@ -20,7 +21,8 @@ __all__ = ["DropStates", "without_states"]
 class DropStates:
     """Drop states by label (``velocity_error[U]``) or whole blocks by name (``accel_bias``).
 
-    The prior takes the marginal. Measurement rows and noise inputs that are left without states are removed.
+    The prior takes the marginal. Measurement rows and noise inputs that are left without states are removed. Exact where no
+    coefficient, whatever the nominal, takes a dropped state into one that stays or into a row that stays.
     """
 
     states: tuple[str, ...]
@@ -32,10 +34,16 @@ class DropStates:
     def apply(self, model: Model, reference: Mapping[str, FloatArray]) -> tuple[Model, Change]:
         gone = expand(model, self.states)
         after = without_states(model, gone)
-        coupling = _lost_coupling(model, gone, reference)
-        kind: ChangeKind = "exact" if coupling.value == 0.0 else "approximate"
-        condition = "the dropped states do not act on those that stay"
-        return after, compare(self.label, kind, model, after, condition, measures=(coupling,))
+        lost = np.array([label in set(gone) for label in model.states])
+        measures = [_lost_coupling(model, lost, reference)]
+        acts = bool(np.any(model.F.coefficient.pattern[np.ix_(~lost, lost)]))
+        for m in after.measurements:
+            row = _lost_reading(model, m, lost, reference)
+            if row is not None:
+                measures.append(row)
+        kind: ChangeKind = "approximate" if acts or len(measures) > 1 else "exact"
+        condition = "the dropped states do not act on those that stay, nor on what is measured of them"
+        return after, compare(self.label, kind, model, after, condition, measures=tuple(measures))
 
 
 def expand(model: Model, names: Sequence[str]) -> tuple[str, ...]:
@@ -48,7 +56,7 @@ def expand(model: Model, names: Sequence[str]) -> tuple[str, ...]:
             result.extend(model.block(name).labels)
         else:
             hint = did_you_mean(name, [*model.states, *model.offsets])
-            raise ConfigError(f"there is no state or block {name!r} to drop", hint=hint)
+            raise ConfigError(f"there is no state or block {name!r}", hint=hint)
     return tuple(dict.fromkeys(result))
 
 
@@ -100,9 +108,23 @@ def _read_rows(before: Model, after: Model, m: Measurement) -> Measurement:
     return replace(m, rows=tuple(r for r, was, now in zip(m.rows, old, new, strict=True) if now or not was))
 
 
-def _lost_coupling(model: Model, gone: Sequence[str], reference: Mapping[str, FloatArray]) -> Measure:
+def _lost_reading(
+    model: Model, m: Measurement, lost: NDArray[np.bool_], reference: Mapping[str, FloatArray]
+) -> Measure | None:
+    """How much of a dropped state at 1 sigma the rows that stay read, in sigmas of their noise; None if they read none."""
+    before = model.measurement(m.name)
+    rows = [before.rows.index(r) for r in m.rows]
+    H = model.H(m.name).coefficient.select(rows, [int(i) for i in np.flatnonzero(lost)])
+    if H.is_zero:
+        return None
+    sigma = np.sqrt(np.diag(model.prior.evaluate(reference)[1]))[lost]
+    noise = np.sqrt(np.diag(model.R(m.name)))[rows, None]
+    worst = float(np.max(np.abs(H.evaluate(reference)) * sigma / np.where(noise > 0.0, noise, 1.0)))
+    return Measure(f"reading of a dropped state at 1 sigma by {m.name}, in sigmas of its noise:", worst, "")
+
+
+def _lost_coupling(model: Model, lost: NDArray[np.bool_], reference: Mapping[str, FloatArray]) -> Measure:
     """The largest rate of a staying state by a dropped one at 1 sigma, against the staying state's own sigma."""
-    lost = np.array([label in set(gone) for label in model.states])
     f = model.F.coefficient.evaluate(reference)
     sigma = np.sqrt(np.diag(model.prior.evaluate(reference)[1]))
     rate = np.abs(f[np.ix_(~lost, lost)]) * sigma[lost]

@@ -13,7 +13,10 @@ __all__ = ["DropTerm"]
 
 @dataclass(frozen=True, slots=True)
 class DropTerm:
-    """Drop the terms of these labels; an operation of the provider that mirrors one follows.
+    """Drop the terms of these labels, and noise inputs that then drive nothing.
+
+    An operation of the provider that mirrors a term follows. Exact only where a term had no effect whatever the nominal: a
+    coefficient that is zero at the reference nominal alone may come alive during the run.
 
     Attributes
     ----------
@@ -31,13 +34,14 @@ class DropTerm:
 
     def apply(self, model: Model, reference: Mapping[str, FloatArray]) -> tuple[Model, Change]:
         dropped = [model.term(label) for label in self.terms]
-        after = model.with_parts(terms=tuple(t for t in model.terms if t not in dropped))
+        terms = tuple(t for t in model.terms if t not in dropped)
+        idle = {t.source for t in dropped} - {t.source for t in terms}
+        after = model.with_parts(terms=terms, noises=tuple(n for n in model.noises if n.name not in idle))
         measures = tuple(
             Measure(f"largest entry of {t.label}", _largest(model, t.label, reference), "SI") for t in dropped
         )
-        kind: ChangeKind = (
-            "mirrored" if self.mirrored else "exact" if all(m.value == 0.0 for m in measures) else "approximate"
-        )
+        without_effect = all(model.term_matrix(t).is_zero for t in dropped)
+        kind: ChangeKind = "mirrored" if self.mirrored else "exact" if without_effect else "approximate"
         condition = (
             "exact if the provider drops the mirrored operation too"
             if self.mirrored

@@ -11,6 +11,7 @@ from estimfw.model.frame import relative_rate, rotation
 from estimfw.model.model import Model
 from estimfw.model.parts import ProcessTerm
 from estimfw.policies.change import Change, FloatArray, compare
+from estimfw.policies.order import LostAxisError
 from estimfw.spelling import did_you_mean
 
 __all__ = ["ExpressInFrame", "frame_rotation_label"]
@@ -43,11 +44,7 @@ class ExpressInFrame:
         if block.frame is None:
             raise ConfigError(f"block {self.block!r} has no frame, so it cannot be expressed in {self.frame!r}")
         if block.axes != block.all_axes:
-            lost = [f"{block.name}[{a}]" for a in block.all_axes if a not in block.axes]
-            raise ConfigError(
-                f"block {self.block!r} has already lost {', '.join(lost)}: a triad is rotated whole",
-                hint=f"put {self.label!r} (or the policy that contains it) before the one that removes {', '.join(lost)}",
-            )
+            raise LostAxisError(self.label, block)
         if block.frame == self.frame:
             return model, compare(self.label, "exact", model, model, "the block is in that frame already")
         return self._turned(model)
@@ -57,15 +54,16 @@ class ExpressInFrame:
         old_frame = str(block.frame)
         turn = rotation(old_frame, self.frame, model.frame_map)
         blocks = tuple(b.in_frame(model.frame_map[self.frame]) if b.name == self.block else b for b in model.blocks)
+        label = frame_rotation_label(self.block)
+        others = tuple(t for t in model.terms if t.label != label)
         rate = relative_rate(old_frame, self.frame, model.frame_map)
+        for former in (t for t in model.terms if t.label == label):
+            rate = rate + turn @ former.coefficient @ turn.T  # on the way back the two cancel
         term = ProcessTerm(
-            label=frame_rotation_label(self.block), target=self.block, source=self.block, coefficient=rate, frame=self.frame,
+            label=label, target=self.block, source=self.block, coefficient=rate, frame=self.frame,
             text=f"{self.block} turns in {self.frame} with the rate of {old_frame} against {self.frame}",
         )  # fmt: skip
-        former = frame_rotation_label(self.block)
-        others = tuple(t for t in model.terms if t.label != former)
-        came_back = len(others) < len(model.terms) and block.home_frame == self.frame
-        terms = others if rate.is_zero or came_back else (*model.terms, term)
+        terms = (*others, term) if not rate.is_zero else others
         rows = list(range(at, at + len(block.axes)))
         after = model.with_parts(blocks=blocks, terms=terms, prior=model.prior.rotate(rows, turn))
         n = len(model.states)

@@ -9,7 +9,7 @@ import numpy as np
 
 from estimfw.errors import ConfigError
 from estimfw.model.model import Model
-from estimfw.model.polynomial import Factor, Polynomial, canonical
+from estimfw.model.polynomial import Factor, Polynomial, canonical, substitute
 from estimfw.policies.change import Change, FloatArray, Measure, compare
 from estimfw.spelling import did_you_mean
 
@@ -53,7 +53,9 @@ class FixNominal:
             ((self.variable, tuple(int(i) for i in index)), _polynomial(value))
             for index, value in zip(np.ndindex(*shape), self.values, strict=True)
         )
-        after = model.with_parts(fixed=(*(f for f in model.fixed if f[0][0] != self.variable), *fixed))
+        known = {factor: p for factor, p in model.fixed if factor[0] != self.variable}
+        own = {factor: substitute(p, known) for factor, p in fixed}
+        after = model.with_parts(fixed=tuple({**{f: substitute(p, own) for f, p in known.items()}, **own}.items()))
         return after, self._change(model, after, reference)
 
     def _change(self, model: Model, after: Model, reference: Mapping[str, FloatArray]) -> Change:

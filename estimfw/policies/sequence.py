@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from estimfw.errors import ConfigError
 from estimfw.model.model import Model
 from estimfw.policies.change import Change, ChangeKind, FloatArray, Policy, compare
+from estimfw.policies.order import LostAxisError
 
 __all__ = ["Sequential", "apply_policies"]
 
@@ -57,19 +58,21 @@ class Sequential:
 
 
 def apply_policies(
-    model: Model, policies: Sequence[Policy], reference: Mapping[str, FloatArray]
+    model: Model, policies: Sequence[Policy], reference: Mapping[str, FloatArray], earlier: Sequence[Change] = ()
 ) -> tuple[Model, list[Change]]:
-    """Apply in order.
+    """Apply in order; ``earlier`` is what was done to the model before, for the messages.
 
     Raises
     ------
     ConfigError
         Of the first that does not apply, with its name.
     """
-    changes = []
+    changes: list[Change] = []
     for policy in policies:
         try:
             model, change = policy.apply(model, reference)
+        except LostAxisError as error:
+            raise error.within(policy.label, [*earlier, *changes]) from error
         except ConfigError as error:
             if error.message.startswith("policy "):
                 raise

@@ -82,6 +82,7 @@ def derived(problem: Problem) -> dict[str, FloatArray]:
     for d in problem.model.derived:
         if all(need in values for need in d.needs):
             made[d.name] = np.asarray(d.function(**{need: values[need] for need in d.needs}), dtype=float)
+            values[d.name] = made[d.name]
     return made
 
 

@@ -55,11 +55,11 @@ def _states(problem: Problem) -> Table:
     table = _table(f"{len(model.states)} states", "state", "frame", "prior sigma", "equation")
     for block in model.blocks:
         scale = _scale(block)
-        for axis, label in zip(block.axes, block.labels, strict=True):
+        for label in block.labels:
             i = model.states.index(label)
             shown = f"{sigma[i] * scale:.4g} {block.display_unit or block.unit}"
             equation = ", ".join(_couplings(model, i))
-            table.add_row(label, block.frame or "", shown, equation or "constant" if axis or equation else "constant")
+            table.add_row(label, block.frame or "", shown, equation or "constant")
     return table
 
 

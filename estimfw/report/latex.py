@@ -55,6 +55,7 @@ def _term(model: Model, term: ProcessTerm) -> str:
     right = _block(source) if isinstance(source, StateBlock) else f"\\mathrm{{{term.source.replace('_', '~')}}}"
     frame = f"^{{{term.frame}}}" if term.frame else ""
     form = term.coefficient.form
+    form = f"({form})" if " + " in form else form
     factor = {"I": "", "-I": "-"}.get(form, f"{form}\\," if form else "A\\,")
     return f"\\dot{{{_block(target)}}}{frame} \\mathrel{{+}}= {factor}{right}"
 
