@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.errors import NumericalError
-from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, row_offsets
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
 from estimfw.kernels import joseph, ud
 from estimfw.kernels.generated import compiled_scan_for
 from estimfw.model.nominal import BoundProvider
@@ -32,9 +31,9 @@ class NumbaScan:
         settings: FilterSettings,
         initial_row: FloatArray,
         prior: tuple[FloatArray, FloatArray],
-        doublings: dict[float, int],
     ) -> None:
-        self.plan, self.provider, self.settings, self.doublings = plan, provider, settings, doublings
+        self.plan, self.provider, self.settings = plan, provider, settings
+        self.doublings = SubSteps(plan, initial_row)
         self.scan = compiled_scan_for(provider.compiled if provider is not None else None)
         kernel = ud if settings.covariance == "ud" else joseph
         self.prior = (np.ascontiguousarray(prior[0], dtype=float), np.ascontiguousarray(kernel.factor(prior[1])))
@@ -60,7 +59,7 @@ class NumbaScan:
         )
         x, form, provider = state.x.copy(), np.ascontiguousarray(state.form).copy(), state.provider.copy()
         d = self.plan.discretisation
-        doublings = np.array([self.doublings.get(float(dt), 0) for dt in chunk.dt], dtype=np.int64)
+        doublings = np.array([self.doublings(float(dt)) for dt in chunk.dt], dtype=np.int64)
         wrong = self.scan(
             x, form, provider, self.params, self.row,
             (
@@ -80,8 +79,7 @@ class NumbaScan:
             ),
         )  # fmt: skip
         if wrong >= 0:
-            bad = self.plan.states[int(np.argmax(~np.isfinite(result.estimate[wrong])))]
-            raise NumericalError(f"the estimate of {bad} is not finite at step {wrong + 1} of the chunk")
+            result.estimate[wrong + 1 :] = result.covariance[wrong + 1 :] = result.rows[wrong + 1 :] = np.nan
         return FilterState(x, form, provider), result
 
     def _tables(self) -> tuple[Any, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.errors import NumericalError
-from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, row_offsets
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
 from estimfw.kernels import fuse, joseph, ud
 from estimfw.model.nominal import BoundProvider
 from estimfw.plan.plan import MeasurementPlan, Plan
@@ -30,8 +30,6 @@ class NumpyScan:
     initial_row : (provided,) array
     prior : (n,) and (n, n) array
         Mean and covariance at the start and at every restart.
-    doublings : mapping of float to int
-        Sub-steps by dt; see `Discretisation.doublings`.
     """
 
     name = "numpy"
@@ -43,9 +41,9 @@ class NumpyScan:
         settings: FilterSettings,
         initial_row: FloatArray,
         prior: tuple[FloatArray, FloatArray],
-        doublings: dict[float, int],
     ) -> None:
-        self.plan, self.provider, self.settings, self.doublings = plan, provider, settings, doublings
+        self.plan, self.provider, self.settings = plan, provider, settings
+        self.doublings = SubSteps(plan, initial_row)
         self.kernel: ModuleType = ud if settings.covariance == "ud" else joseph
         self.mean, self.form = prior[0], self.kernel.factor(prior[1])
         self.row = plan.layout.complete(initial_row)
@@ -104,7 +102,7 @@ class NumpyScan:
         key = (dt, u.tobytes())
         if self.plan.time_invariant and key in self.tables:
             return self.tables[key]
-        made = self.plan.discretised(row, u, np.array(dt), self.doublings.get(dt, 0))
+        made = self.plan.discretised(row, u, np.array(dt), self.doublings(dt))
         if not np.all(np.isfinite(made[0])):
             raise NumericalError("the transition matrix is not finite", hint="the dynamics are too stiff for the step")
         if self.plan.time_invariant:

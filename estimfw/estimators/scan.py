@@ -8,9 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.errors import NumericalError
 from estimfw.plan.plan import Plan
 
-__all__ = ["Chunk", "ChunkResult", "FilterSettings", "FilterState"]
+__all__ = ["Chunk", "ChunkResult", "FilterSettings", "FilterState", "SubSteps", "refuse_lost", "row_offsets"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -90,3 +91,54 @@ def row_offsets(plan: Plan) -> list[int]:
     for m in plan.measurements:
         offsets.append(offsets[-1] + m.rows)
     return offsets
+
+
+class SubSteps:
+    """How often a step of a given length is halved, by the dynamics at the start; found once a length.
+
+    See `estimfw.plan.discretisation.Discretisation.doublings`.
+    """
+
+    def __init__(self, plan: Plan, initial_row: FloatArray) -> None:
+        self.plan, self.F = plan, plan.F.evaluate(plan.layout.complete(initial_row))
+        self.known: dict[float, int] = {}
+
+    def __call__(self, dt: float) -> int:
+        """NumericalError where the dynamics are too stiff."""
+        if dt not in self.known:
+            self.known[dt] = self.plan.discretisation.doublings(self.F, dt)
+        return self.known[dt]
+
+
+def refuse_lost(plan: Plan, result: ChunkResult, first: int, time: FloatArray) -> None:
+    """Raise where estimate or covariance left the numbers.
+
+    Parameters
+    ----------
+    plan : Plan
+    result : ChunkResult
+    first : int
+        Steps before this chunk.
+    time : (K,) array, s
+        Ends of its steps.
+
+    Raises
+    ------
+    NumericalError
+        An estimate is not finite, a variance negative, or a correlation above one: with the step and the state.
+    """
+    variance = np.einsum("kii->ki", result.covariance)
+    good = np.isfinite(result.estimate) & np.isfinite(variance) & (variance >= -1e-30)
+    with np.errstate(invalid="ignore", over="ignore"):
+        most = np.sqrt(np.maximum(variance[:, :, None] * variance[:, None, :], 0.0))
+        scale = np.sqrt(np.max(np.abs(variance), axis=0, initial=0.0))
+        slack = 1e-6 * most + 1e-9 * scale[:, None] * scale
+        good &= ~np.any(np.abs(result.covariance) > most + slack, axis=2)
+    if np.all(good):
+        return
+    k, i = np.argwhere(~good)[0]
+    raise NumericalError(
+        f"the filter left the numbers at step {first + k + 1} (t = {time[k]:g} s): "
+        f"{plan.states[i]} = {result.estimate[k, i]:g}, variance {variance[k, i]:g}",
+        hint="use estimator.covariance: ud, and discretisation.method: van_loan",
+    )

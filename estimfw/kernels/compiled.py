@@ -312,41 +312,25 @@ def ud_update(form, h, r, K, w1):
 
 
 @njit(cache=True)
-def innovation_covariance(form, ud, H, R, usable, S, w1):
-    """S = H P H' + R over usable components; masked ones get variance one. w1 is (n, n) work space."""
-    n, m = form.shape[0], H.shape[0]
-    for a in range(m):
-        for b in range(m):
-            S[a, b] = 1.0 if a == b else 0.0
-    for a in range(m):
-        if not usable[a]:
-            continue
+def innovation_variance(form, ud, h, r):
+    """h P h' + r of one row."""
+    n = form.shape[0]
+    s = r
+    for j in range(n):
         if ud:
-            for j in range(n):
-                f = H[a, j]
-                for i in range(j):
-                    f += form[i, j] * H[a, i]
-                w1[a, j] = f
-        for b in range(a + 1):
-            if not usable[b]:
-                continue
-            s = R[a, b]
-            if ud:
-                for j in range(n):
-                    s += w1[a, j] * form[j, j] * w1[b, j]
-            else:
-                for i in range(n):
-                    if H[a, i] != 0.0:
-                        for j in range(n):
-                            s += H[a, i] * form[i, j] * H[b, j]
-            S[a, b] = s
-            S[b, a] = s
+            f = h[j]
+            for i in range(j):
+                f += form[i, j] * h[i]
+            s += f * form[j, j] * f
+        elif h[j] != 0.0:
+            for i in range(n):
+                s += h[j] * form[j, i] * h[i]
+    return s
 
 
 @njit(cache=True)
-def decorrelate(A, rows):
-    """A = L diag(r) L'; r is left on A's diagonal, rows (m, k) become L^-1 rows."""
-    m = A.shape[0]
+def decorrelate(A, rows, m):
+    """A = L diag(r) L' over the first m; r is left on A's diagonal, rows (m, k) become L^-1 rows."""
     for j in range(m):
         if A[j, j] > 0.0:
             for i in range(j + 1, m):
@@ -359,10 +343,11 @@ def decorrelate(A, rows):
 
 
 @njit(cache=True)
-def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, S, rows, usable, K, w1):
+def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, usable, x_before, before, K, w1):
     """One vector measurement in place; returns NIS, disposition and the number of fused components.
 
-    ``S`` (m, m) and ``rows`` (m, n + 1) are work space of this measurement.
+    ``A`` (m, m) and ``rows`` (m, n + 1) hold at least one measurement; ``x_before`` (n,) and ``before`` (n, n) are for what a
+    refused one must leave as it was.
     """
     n, m = x.shape[0], z.shape[0]
     used = 0
@@ -372,48 +357,41 @@ def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, S, rows, us
         sigma[a] = np.nan
         if usable[a]:
             used += 1
-    if used == 0:
-        return np.nan, MISSING, 0
-    innovation_covariance(form, ud, H, R, usable, S, w1)
-    nu = np.zeros((m, 1))
-    for a in range(m):
-        if usable[a]:
             t = z[a]
             for i in range(n):
                 t -= H[a, i] * x[i]
-            nu[a, 0] = t
             innovation[a] = t
-            sigma[a] = np.sqrt(abs(S[a, a]))
-    scale = np.zeros(m)
-    for a in range(m):
-        scale[a] = S[a, a]
-    decorrelate(S, nu)
-    nis, singular = 0.0, False
-    for a in range(m):
-        if not (S[a, a] > SINGULAR * scale[a] and np.isfinite(S[a, a])):
-            singular = True
-        elif usable[a]:
-            nis += nu[a, 0] * nu[a, 0] / S[a, a]
-    if singular:
-        return nis, INVALID, 0
-    if gated and nis > thresholds[used]:
-        return nis, GATED, 0
+            sigma[a] = np.sqrt(abs(innovation_variance(form, ud, H[a], R[a, a])))
+    if used == 0:
+        return np.nan, MISSING, 0
+    x_before[:] = x
+    before[:, :] = form
     for a in range(m):
         for b in range(m):
             both = usable[a] and usable[b]
-            S[a, b] = R[a, b] if both else (1.0 if a == b else 0.0)
+            A[a, b] = R[a, b] if both else (1.0 if a == b else 0.0)
         for i in range(n):
             rows[a, i] = H[a, i] if usable[a] else 0.0
         rows[a, n] = z[a] if usable[a] else 0.0
-    decorrelate(S, rows)
+    decorrelate(A, rows, m)
+    nis, singular = 0.0, False
     for a in range(m):
         if not usable[a]:
             continue
+        h, r = rows[a, :n], A[a, a]
         t = rows[a, n]
         for i in range(n):
-            t -= rows[a, i] * x[i]
-        s = ud_update(form, rows[a, :n], S[a, a], K, w1) if ud else joseph_update(form, rows[a, :n], S[a, a], K, w1)
-        if s > 0.0:
-            for i in range(n):
-                x[i] += K[i] * t
+            t -= h[i] * x[i]
+        s = ud_update(form, h, r, K, w1) if ud else joseph_update(form, h, r, K, w1)
+        noisy = r > SINGULAR * R[a, a]
+        if not (np.isfinite(s) and s > 0.0 and (noisy or s > SINGULAR * sigma[a] * sigma[a])):
+            singular = True
+            continue
+        nis += t * t / s
+        for i in range(n):
+            x[i] += K[i] * t
+    if singular or (gated and nis > thresholds[used]):
+        x[:] = x_before
+        form[:, :] = before
+        return nis, INVALID if singular else GATED, 0
     return nis, FUSED, used

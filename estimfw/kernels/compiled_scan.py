@@ -46,6 +46,8 @@ def scan(
     size = max(n, most, 2)
     w1, w2, w3 = np.zeros((size, n)), np.zeros((size, n)), np.zeros((size, n))
     W, weight, K, y = np.zeros((n, 2 * n)), np.zeros(2 * n), np.zeros(n), np.zeros(n)
+    A, rows, usable = np.zeros((most, most)), np.zeros((most, n + 1)), np.zeros(most, dtype=np.bool_)
+    x_before, before = np.zeros(n), np.zeros((n, n))
     delta = np.zeros(max(1, width))
     last_dt = -1.0
     for k in range(dts.shape[0]):
@@ -94,14 +96,9 @@ def scan(
             lo, hi = offsets[m], offsets[m + 1]
             z = inn[lo:hi] + sign[m] * readings[k, lo:hi]
             R = R_all[lo:hi, : hi - lo] / (interval[k, m] if density[m] else 1.0)
-            S, rows, usable = (
-                np.zeros((hi - lo, hi - lo)),
-                np.zeros((hi - lo, n + 1)),
-                np.zeros(hi - lo, dtype=np.bool_),
-            )
             nis, disposition, used = fuse(
                 x, form, ud, z, H[lo:hi], R, thresholds[m], gated[m],
-                innovations[k, lo:hi], sigmas[k, lo:hi], S, rows, usable, K, w1,
+                innovations[k, lo:hi], sigmas[k, lo:hi], A, rows, usable, x_before, before, K, w1,
             )  # fmt: skip
             nises[k, m], dispositions[k, m], useds[k, m] = nis, disposition, used
             any_fused = any_fused or used > 0

@@ -20,7 +20,7 @@ IntArray = NDArray[np.int64]
 FUSED, GATED, LATE, MISSING, INVALID = range(5)
 MEANINGS = ("fused", "gated", "late", "missing", "invalid")
 
-#: An innovation covariance whose unit-diagonal determinant pivots fall below this is singular.
+#: A pivot of R or S below this part of its diagonal element is a rounding: R is perfect there, S singular.
 SINGULAR = 1e-13
 
 
@@ -75,35 +75,54 @@ def fuse(
     thresholds : (m + 1,) array or None
         Largest NIS that is fused, by the number of usable components; None: no gate.
     """
-    m = z.shape[-1]
     usable = np.isfinite(z)
     used = usable.sum(axis=-1)
     masked_z = np.where(usable, z, 0.0)
     masked_H = np.where(usable[..., None], H, 0.0)
     pair = usable[..., :, None] & usable[..., None, :]
-    masked_R = np.where(pair, R, np.where(np.eye(m, dtype=bool), 1.0, 0.0))
+    masked_R = np.where(pair, R, np.where(np.eye(z.shape[-1], dtype=bool), 1.0, 0.0))
     nu = masked_z - np.einsum("...ij,...j->...i", masked_H, x)
-    S = kernel.projected(form, masked_H) + masked_R
-    pivots, white = decorrelate(S, nu[..., None])
-    scale = np.einsum("...ii->...i", S)
-    singular = np.any(pivots <= SINGULAR * scale, axis=-1) | ~np.all(np.isfinite(pivots), axis=-1)
-    nis = np.sum(np.where(usable, white[..., 0] ** 2 / np.where(pivots > 0.0, pivots, np.inf), 0.0), axis=-1)
+    variance = np.einsum("...ii->...i", kernel.projected(form, masked_H) + masked_R)
+    new_x, new_form, nis, singular = _in_sequence(kernel, x, form, masked_z, masked_H, masked_R, variance)
     disposition = np.where(used == 0, MISSING, np.where(singular, INVALID, FUSED))
     if thresholds is not None:
         disposition = np.where((disposition == FUSED) & (nis > thresholds[used]), GATED, disposition)
     fused = disposition == FUSED
-    r, rows = decorrelate(masked_R, np.concatenate([masked_H, masked_z[..., None]], axis=-1))
-    for i in range(m):
-        open_ = usable[..., i] & fused
-        h = np.where(open_[..., None], rows[..., i, :-1], 0.0)
-        form, K, _ = kernel.update(form, h, np.where(open_, r[..., i], 1.0))
-        x = x + K * (rows[..., i, -1] - np.einsum("...i,...i->...", rows[..., i, :-1], x))[..., None]
     return Fused(
-        x,
-        form,
+        np.where(fused[..., None], new_x, x),
+        np.where(fused[..., None, None], new_form, form),
         np.where(usable, nu, np.nan),
-        np.where(usable, np.sqrt(np.abs(scale)), np.nan),
+        np.where(usable, np.sqrt(np.abs(variance)), np.nan),
         np.where(used == 0, np.nan, nis),
         disposition,
         np.where(fused, used, 0),
     )
+
+
+def _in_sequence(
+    kernel: ModuleType,
+    x: FloatArray,
+    form: FloatArray,
+    z: FloatArray,
+    H: FloatArray,
+    R: FloatArray,
+    variance: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+    """The scalars one after the other: new state, NIS, and whether some innovation variance is not to be trusted.
+
+    The variance of a scalar given those before it is a pivot of S, so the NIS is the sum over scalars and no S need be
+    inverted. A variance far below that of its row may be a rounding, unless the row's own noise is in it.
+    """
+    r, rows = decorrelate(R, np.concatenate([H, z[..., None]], axis=-1))
+    nis = np.zeros(x.shape[:-1])
+    singular = np.zeros(x.shape[:-1], dtype=bool)
+    for i in range(z.shape[-1]):
+        h = rows[..., i, :-1]
+        form, K, s = kernel.update(form, h, r[..., i])
+        noisy = r[..., i] > SINGULAR * R[..., i, i]
+        good = np.isfinite(s) & (s > 0.0) & (noisy | (s > SINGULAR * variance[..., i]))
+        singular = singular | ~good
+        t = rows[..., i, -1] - np.einsum("...i,...i->...", h, x)
+        nis = nis + np.where(good, t**2 / np.where(good, s, 1.0), 0.0)
+        x = x + K * t[..., None]
+    return x, form, nis, singular

@@ -1,20 +1,24 @@
-"""Compiled scans for providers of plugins, cached on disk.
+"""Compiled scans, generated for the provider of a plugin and cached on disk.
 
-`compiled_scan` is written once more with the provider's own compiled ``step`` and ``correct`` in its import line, under a name
-that is the hash of everything it is made of (its text, the kernels', the provider's module, the versions of numba and numpy), so
-that numba's cache of machine code survives from one program run to the next and a stale one is never met. What cannot be
-loaded is made anew.
+Two modules are written into the cache folder: the kernels (`compiled`), and `compiled_scan` with the provider's own compiled
+``step`` and ``correct`` in its import line. Their names are hashes of everything they are made of (their text, the constants
+that they take over, the provider's module, the versions of Python, numpy and numba), so a stale one is never met. numba keeps
+machine code beside them; it is used only while its checksums, noted when it was made, still hold. What is damaged is made anew.
 """
 
 from __future__ import annotations
 
+import atexit
 import hashlib
+import importlib
 import importlib.util
+import json
 import os
 import shutil
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -23,61 +27,104 @@ from estimfw.model.nominal import CompiledScan
 
 __all__ = ["cache_folder", "compiled_scan_for"]
 
+KERNELS_LINE = "from estimfw.kernels.compiled import"
 PROVIDER_LINE = "from estimfw.kernels.no_provider import correct, step  # provider"
+NO_PROVIDER = CompiledScan("estimfw.kernels.no_provider", "step", "correct")
+SUMS = "checksums.json"
 
 
 def cache_folder() -> Path:
-    """``$ESTIMFW_CACHE``, else the user's cache folder, else a temporary one."""
+    """``$ESTIMFW_CACHE``, else the user's cache folder, else a temporary one of this process that nobody else can write."""
     named = os.environ.get("ESTIMFW_CACHE")
-    root = Path(named) if named else Path(os.environ.get("XDG_CACHE_HOME", "~/.cache")).expanduser() / "estimfw"
     try:
+        root = Path(named) if named else Path(os.environ.get("XDG_CACHE_HOME", "~/.cache")).expanduser() / "estimfw"
         root.mkdir(parents=True, exist_ok=True)
         if os.access(root, os.W_OK):
             return root
-    except OSError:
+    except (OSError, RuntimeError):
         pass
-    return Path(tempfile.gettempdir()) / "estimfw"
+    return _temporary()
+
+
+@cache
+def _temporary() -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="estimfw_"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def compiled_scan_for(provider: CompiledScan | None) -> Callable[..., Any]:
     """The ``scan`` function with this provider's step compiled in (None: without a provider)."""
-    if provider is None:
-        from estimfw.kernels.compiled_scan import scan
-
-        plain: Callable[..., Any] = scan
-        return plain
-    text, name = _source(provider)
-    if name in sys.modules:
-        return sys.modules[name].scan  # type: ignore[no-any-return]
-    folder = cache_folder() / name
-    try:
-        return _load(folder, name, text).scan  # type: ignore[no-any-return]
-    except Exception:
-        shutil.rmtree(folder, ignore_errors=True)
-        return _load(folder, name, text).scan  # type: ignore[no-any-return]
+    provider = provider or NO_PROVIDER
+    kernels, scan = _texts(provider)
+    root = cache_folder()
+    modules = [_load(root, *kernels), _load(root, *scan)]
+    made: Callable[..., Any] = modules[1].__dict__.setdefault("checked", _Checked(modules, provider))
+    return made
 
 
-def _source(provider: CompiledScan) -> tuple[str, str]:
+class _Checked:
+    """A scan that notes the checksums of its machine code on disk as often as some was made."""
+
+    def __init__(self, modules: list[ModuleType], provider: CompiledScan) -> None:
+        self.modules, self.provider, self.scan, self.known = modules, provider, modules[1].scan, 0
+
+    def __call__(self, *args: Any) -> Any:
+        try:
+            result = self.scan(*args)
+        except Exception:
+            if self.known:
+                raise
+            _discard(self.provider)
+            result = self.scan(*args)
+        if self.known != len(self.scan.overloads):
+            self.known = len(self.scan.overloads)
+            for module in self.modules:
+                _note(module)
+        return result
+
+
+def _discard(provider: CompiledScan) -> None:
+    """numba's cache of the provider's module lies beside that module, without checksums: where it may be damaged, it goes."""
+    module = importlib.import_module(provider.module)
+    for name in (provider.step, provider.correct):
+        folder = getattr(module, name).stats.cache_path
+        for path in Path(folder).glob(f"{provider.module.rpartition('.')[2]}.*.nb[ic]") if folder else ():
+            path.unlink(missing_ok=True)
+
+
+def _texts(provider: CompiledScan) -> tuple[tuple[str, str], tuple[str, str]]:
+    """Name and text of the kernels' module and of the scan's."""
     import numba
     import numpy as np
 
     here = Path(__file__).parent
+    versions = [numba.__version__, np.__version__, sys.version]
+    text = (here / "compiled.py").read_text(encoding="utf-8")
+    constants = [(here / name).read_text(encoding="utf-8") for name in ("fuse.py", "ud.py")]
+    kernels = "estimfw_kernels_" + _hash([text, *constants, *versions])
     line = f"from {provider.module} import {provider.correct} as correct, {provider.step} as step"
-    text = (here / "compiled_scan.py").read_text(encoding="utf-8").replace(PROVIDER_LINE, line)
+    scan = (here / "compiled_scan.py").read_text(encoding="utf-8")
+    scan = scan.replace(PROVIDER_LINE, line).replace(KERNELS_LINE, f"from {kernels} import")
     spec = importlib.util.find_spec(provider.module)
-    made_of = [text, (here / "compiled.py").read_text(encoding="utf-8"), numba.__version__, np.__version__, sys.version]
-    if spec is not None and spec.origin is not None:
-        made_of.append(Path(spec.origin).read_text(encoding="utf-8"))
-    return text, "estimfw_scan_" + hashlib.sha256("\n".join(made_of).encode()).hexdigest()[:16]
+    origin = Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin is not None else ""
+    return (kernels, text), ("estimfw_scan_" + _hash([scan, kernels, origin, *versions]), scan)
 
 
-def _load(folder: Path, name: str, text: str) -> ModuleType:
-    folder.mkdir(parents=True, exist_ok=True)
+def _hash(parts: list[str]) -> str:
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+
+
+def _load(root: Path, name: str, text: str) -> ModuleType:
+    """Import a generated module from the cache folder; its file and its machine code are made anew where they are wrong."""
+    if name in sys.modules:
+        return sys.modules[name]
+    folder = root / name
     path = folder / f"{name}.py"
-    if not path.exists() or path.read_text(encoding="utf-8") != text:
-        with tempfile.NamedTemporaryFile("w", dir=folder, suffix=".tmp", delete=False, encoding="utf-8") as file:
-            file.write(text)
-        Path(file.name).replace(path)
+    if not _sound(folder) or path.read_bytes() != text.encode():
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        _write(path, text)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -88,3 +135,36 @@ def _load(folder: Path, name: str, text: str) -> ModuleType:
         del sys.modules[name]
         raise
     return module
+
+
+def _checksums(folder: Path) -> dict[str, str]:
+    """Of the module and of all that Python and numba keep of it."""
+    found = sorted([*folder.glob("*.py"), *folder.glob("__pycache__/*")])
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in found}
+
+
+def _sound(folder: Path) -> bool:
+    """Whether everything is as it was noted when it was made."""
+    try:
+        noted = json.loads((folder / SUMS).read_text(encoding="utf-8"))
+        return bool(noted == _checksums(folder))
+    except (OSError, ValueError):
+        return False
+
+
+def _note(module: ModuleType) -> None:
+    folder = Path(str(module.__file__)).parent
+    try:
+        _write(folder / SUMS, json.dumps(_checksums(folder)))
+    except OSError:
+        # Without its checksums the code is made anew the next time: slower, not wrong.
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _write(path: Path, text: str) -> None:
+    """Whole or not at all."""
+    with tempfile.NamedTemporaryFile(
+        "w", dir=path.parent, suffix=".tmp", delete=False, encoding="utf-8", newline=""
+    ) as file:
+        file.write(text)
+    Path(file.name).replace(path)

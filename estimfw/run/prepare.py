@@ -14,7 +14,7 @@ from estimfw.data.record import Event, Findings, Record
 from estimfw.data.timeline import Steps, Wanted, driven_steps, merged_steps
 from estimfw.errors import ConfigError, DataError
 from estimfw.estimators.numpy_scan import NumpyScan
-from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, row_offsets
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
 from estimfw.model.nominal import BoundProvider, InitialNominal
 from estimfw.plan.plan import Plan
 
@@ -32,6 +32,7 @@ class Scan(Protocol):
     """A recursion bound to plan, provider and start."""
 
     name: str
+    doublings: SubSteps
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]: ...
 
@@ -122,8 +123,9 @@ def filter_start(
     nominal = plan.layout.unpack(plan.layout.complete(row))
     mean, covariance = plan.prior.evaluate(nominal)
     prior = (mean, _with_found_covariance(problem, covariance, start))
-    doublings = _doublings(plan, row, steps)
-    scan = make_scan(problem, bound, row, prior, doublings, len(steps))
+    scan = make_scan(problem, bound, row, prior, len(steps))
+    for dt in np.unique(steps.dt):
+        scan.doublings(float(dt))
     provider = bound.initial_state(start) if bound is not None else np.zeros(0)
     form = _form(problem, prior[1])
     return scan, FilterState(mean.copy(), form, provider), prior
@@ -149,17 +151,11 @@ def _with_found_covariance(problem: Problem, covariance: FloatArray, start: Init
     return covariance
 
 
-def _doublings(plan: Plan, row: FloatArray, steps: Steps) -> dict[float, int]:
-    F = plan.F.evaluate(plan.layout.complete(row))
-    return {float(dt): plan.discretisation.doublings(F, float(dt)) for dt in np.unique(steps.dt)}
-
-
 def make_scan(
     problem: Problem,
     bound: BoundProvider | None,
     row: FloatArray,
     prior: tuple[FloatArray, FloatArray],
-    doublings: dict[float, int],
     count: int,
 ) -> Scan:
     """NumPy for short work, compiled for long, or as the config says."""
@@ -180,7 +176,7 @@ def make_scan(
         from estimfw.estimators.numba_scan import NumbaScan
 
         made = NumbaScan
-    scan: Scan = made(plan, bound, settings, row, prior, doublings)
+    scan: Scan = made(plan, bound, settings, row, prior)
     return scan
 
 

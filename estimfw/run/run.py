@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
 from estimfw.data.record import Event, Record
-from estimfw.errors import NumericalError
-from estimfw.estimators.scan import ChunkResult
+from estimfw.estimators.scan import ChunkResult, refuse_lost
 from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
@@ -85,7 +84,7 @@ def run_problem(problem: Problem, progress: Progress | None = None, record: Reco
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """One chunk after the filter: what is kept of it."""
+    """One chunk after the filter: what is kept of it. ``result`` is without its covariances and rows, which fill the memory."""
 
     result: ChunkResult
     sigma: FloatArray
@@ -105,7 +104,7 @@ def _scan(prepared: Prepared, progress: Progress | None) -> tuple[list[_Piece], 
         begin = time.perf_counter()
         state, result = prepared.scan.run(state, chunk)
         spent += time.perf_counter() - begin
-        _check_finite(prepared, result, first)
+        refuse_lost(prepared.plan, result, first, prepared.steps.time[first:last])
         pieces.append(_piece(prepared, result, first, last, wanted))
         if progress is not None:
             progress(last, len(steps))
@@ -115,18 +114,6 @@ def _scan(prepared: Prepared, progress: Progress | None) -> tuple[list[_Piece], 
 def covariance_steps(count: int, samples: int) -> NDArray[np.int64]:
     """Steps at which the whole covariance is kept: evenly spread, the last one always."""
     return np.unique(np.linspace(0, count - 1, min(count, samples)).round().astype(np.int64))
-
-
-def _check_finite(prepared: Prepared, result: ChunkResult, first: int) -> None:
-    variance = np.einsum("kii->ki", result.covariance)
-    good = np.isfinite(result.estimate) & np.isfinite(variance) & (variance >= -1e-30)
-    if not np.all(good):
-        k, i = np.argwhere(~good)[0]
-        raise NumericalError(
-            f"the filter left the numbers at step {first + k + 1} (t = {prepared.steps.time[first + k]:g} s): "
-            f"{prepared.plan.states[i]} = {result.estimate[k, i]:g}, variance {variance[k, i]:g}",
-            hint="use estimator.covariance: ud, and discretisation.method: van_loan",
-        )
 
 
 def _piece(prepared: Prepared, result: ChunkResult, first: int, last: int, wanted: NDArray[np.int64]) -> _Piece:
@@ -146,7 +133,7 @@ def _piece(prepared: Prepared, result: ChunkResult, first: int, last: int, wante
         true_outputs = np.concatenate(parts, axis=1) if parts else empty
     inside = wanted[(wanted >= first) & (wanted < last)] - first
     return _Piece(
-        result=result,
+        result=replace(result, covariance=np.zeros((0, 0, 0)), rows=np.zeros((0, 0))),
         sigma=np.sqrt(np.maximum(np.einsum("kii->ki", result.covariance), 0.0)),
         output=np.concatenate([v for v, _ in values], axis=1) if values else empty,
         output_sigma=np.concatenate([s for _, s in values], axis=1) if values else empty,
