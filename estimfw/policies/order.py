@@ -33,7 +33,7 @@ class LostAxisError(ConfigError):
             hint=f"put {policy!r} before {before}",
         )
 
-    def within(self, policy: str, earlier: Iterable[Change]) -> LostAxisError:
+    def as_met_in(self, policy: str, earlier: Iterable[Change]) -> LostAxisError:
         """The same fault, told of the policy that contains the frame change and of the earlier ones in its list."""
         removers = (c.policy for c in earlier if set(self.lost) & set(c.removed_states))
         return LostAxisError(policy, self.block, self.remover or next(removers, ""))

@@ -72,7 +72,7 @@ def apply_policies(
         try:
             model, change = policy.apply(model, reference)
         except LostAxisError as error:
-            raise error.within(policy.label, [*earlier, *changes]) from error
+            raise error.as_met_in(policy.label, [*earlier, *changes]) from error
         except ConfigError as error:
             if error.message.startswith("policy "):
                 raise
