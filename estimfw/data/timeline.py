@@ -124,20 +124,21 @@ def merged_steps(
 ) -> Steps:
     """Steps between the instants of all streams that are wanted, of pseudo-measurements, schedules and restarts.
 
+    They begin with the first row and end with the last one, where ``start`` and ``stop`` do not say it.
+
     Raises
     ------
     DataError
         There is no instant at all.
     """
-    times = [streams[w.stream].time for w in wanted if w.stream]
-    known = np.concatenate([*times, np.asarray(instants, dtype=float), np.asarray(restarts, dtype=float)])
-    if not known.size and stop is None:
+    rows = np.concatenate([*(_stream(streams, w.name, w.stream).time for w in wanted if w.stream), np.zeros(0)])
+    between = np.concatenate([np.asarray(instants, dtype=float), np.asarray(restarts, dtype=float)])
+    if not rows.size and not between.size and stop is None:
         raise DataError("the record has no rows", hint="no measurement stream holds any data")
-    begin = (
-        float(start) if start is not None else float(min(float(np.min(t)) for t in times if t.size)) if times else 0.0
-    )
-    end = float(stop) if stop is not None else float(np.max(known))
+    begin = float(start) if start is not None else float(np.min(rows)) if rows.size else 0.0
+    end = float(stop) if stop is not None else float(np.max(rows if rows.size else between))
     ticks = [begin + w.every * np.arange(1, int((end - begin) / w.every + 1e-9) + 1) for w in wanted if w.every]
+    known = np.concatenate([rows, between[between > begin + SAME]])
     every = np.unique(np.concatenate([known, *ticks]))
     every = every[(every >= begin - SAME) & (every <= end + SAME)]
     if not every.size:
@@ -146,8 +147,8 @@ def merged_steps(
     dt = np.diff(np.concatenate([[begin], time]))
     dt = _snapped(np.where(dt < SAME, 0.0, dt), _typical(time))
     due, events = _dues(time, dt, begin, streams, wanted)
-    rows = np.zeros(time.size + 1, dtype=np.int64)
-    return Steps(begin, time, dt, rows, due, _restarts(time, dt, restarts), tuple(events))
+    none = np.zeros(time.size + 1, dtype=np.int64)
+    return Steps(begin, time, dt, none, due, _restarts(time, dt, restarts), tuple(events))
 
 
 def _typical(time: FloatArray) -> float:
@@ -187,15 +188,30 @@ def _dues(
     for w in wanted:
         if w.stream is None:
             due[w.name] = _pseudo(time, dt, begin, w.every)
-        elif w.stream not in streams:
-            raise DataError(
-                f"measurement {w.name!r} needs the stream {w.stream!r}, which the source does not have",
-                hint=f"it has: {', '.join(sorted(streams)) or 'none'}",
-            )
         else:
-            due[w.name], found = _stream_due(time, dt, begin, streams[w.stream], w.name)
+            due[w.name], found = _stream_due(time, begin, _stream(streams, w.name, w.stream), w.name)
             events.extend(found)
     return due, events
+
+
+def _stream(streams: Mapping[str, Stream], name: str, wanted: str) -> Stream:
+    """The stream of a measurement; DataError if it is not there, or its time is no time."""
+    if wanted not in streams:
+        raise DataError(
+            f"measurement {name!r} needs the stream {wanted!r}, which the source does not have",
+            hint=f"it has: {', '.join(sorted(streams)) or 'none'}",
+        )
+    time = streams[wanted].time
+    if not np.all(np.isfinite(time)):
+        at = int(np.argmin(np.isfinite(time)))
+        raise DataError(f"stream {wanted!r}: the time of row {at + 1} is {time[at]:g}", hint="drop the row")
+    if np.any(np.diff(time) < 0.0):
+        at = int(np.argmax(np.diff(time) < 0.0)) + 1
+        raise DataError(
+            f"stream {wanted!r}: time goes backwards at row {at + 1}: {time[at]:g} s after {time[at - 1]:g} s",
+            hint="sort the rows, or drop those that are late",
+        )
+    return streams[wanted]
 
 
 def _pseudo(time: FloatArray, dt: FloatArray, begin: float, every: float | None) -> Due:
@@ -206,14 +222,8 @@ def _pseudo(time: FloatArray, dt: FloatArray, begin: float, every: float | None)
     return Due(np.where(fresh, 0, -1).astype(np.int64), np.full(time.size, every))
 
 
-def _stream_due(time: FloatArray, dt: FloatArray, begin: float, stream: Stream, name: str) -> tuple[Due, list[Event]]:
+def _stream_due(time: FloatArray, begin: float, stream: Stream, name: str) -> tuple[Due, list[Event]]:
     events: list[Event] = []
-    if stream.time.size and not np.all(np.diff(stream.time) >= 0.0):
-        at = int(np.argmax(np.diff(stream.time) < 0.0)) + 1
-        raise DataError(
-            f"stream {stream.name!r}: time goes backwards at row {at + 1}: {stream.time[at]:g} s after {stream.time[at - 1]:g} s",
-            hint="sort the rows, or drop those that are late",
-        )
     keep = _without_duplicates(stream, events)
     period = stream.period or _typical(stream.time[keep])
     row = np.full(time.size, -1, dtype=np.int64)
@@ -223,7 +233,11 @@ def _stream_due(time: FloatArray, dt: FloatArray, begin: float, stream: Stream, 
     if np.any(early):
         first = float(stream.time[keep][0])
         events.append(Event(first, name, "before start", "rows before the start are not used", int(early.sum())))
-    usable = ~early & (step < time.size)
+    after = step >= time.size
+    if np.any(after):
+        last = float(stream.time[keep][-1])
+        events.append(Event(last, name, "after end", "rows after the last step are not used", int(after.sum())))
+    usable = ~early & ~after
     row[step[usable]] = keep[usable]
     crowded = int(usable.sum()) - int(np.count_nonzero(row >= 0))
     if crowded:

@@ -45,7 +45,9 @@ class ConstantNominal:
         return {n: np.array(v).reshape(s) for n, (s, v) in zip(self.names, self.arrays, strict=True)}
 
     def start(self, given: InitialNominal | None, record: Record) -> InitialNominal:
-        return InitialNominal(self.reference(InitialNominal({})), source="constants")
+        """The constants, at the instant that the record names as its start (``initial["time"]``), if it does."""
+        time = float(record.initial["time"]) if "time" in record.initial else None
+        return InitialNominal(self.reference(InitialNominal({})), time=time, source="constants")
 
     def bind(self, settings: ProviderSettings) -> None:
         return None

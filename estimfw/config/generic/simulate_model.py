@@ -15,6 +15,7 @@ from estimfw.data.timeline import Steps, Wanted, merged_steps
 from estimfw.errors import ConfigError
 from estimfw.model.nominal import InitialNominal
 from estimfw.plan.plan import MeasurementPlan, Plan
+from estimfw.spelling import did_you_mean
 
 __all__ = ["ModelSimulation", "SimulateModelConfig", "simulate_model"]
 
@@ -57,10 +58,14 @@ class ModelSimulation:
         Raises
         ------
         ConfigError
-            The plan needs a nominal that changes.
+            The plan needs a nominal that changes, or ``rates`` names a measurement that is not there.
         """
         if any(change == "varying" for _, _, change in plan.varying):
             raise ConfigError(f"source simulate_model cannot simulate a changing nominal: {plan.reason}")
+        for name in self.cfg.rates:
+            if name not in {m.name for m in plan.measurements}:
+                hint = did_you_mean(name, (m.name for m in plan.measurements))
+                raise ConfigError(f"source.rates names no measurement: {name!r}", hint=hint)
         seeds = np.random.SeedSequence(self.cfg.seed).spawn(2)
         process, reading = (np.random.default_rng(s) for s in seeds)
         times = {m.name: self._times(m) for m in plan.measurements}
@@ -71,7 +76,8 @@ class ModelSimulation:
             at = states[np.searchsorted(steps.time, times[m.name] - 1e-9)]
             streams[str(m.stream)] = self._stream(m, row, times[m.name], at, reading)
         truth = Truth(steps.time, {f"state:{label}": states[:, i] for i, label in enumerate(plan.states)})
-        return Record(streams, truth, attributes={"source": "simulate_model", "seed": self.cfg.seed})
+        attributes = {"source": "simulate_model", "seed": self.cfg.seed}
+        return Record(streams, truth, initial={"time": np.array(0.0)}, attributes=attributes)
 
     def _times(self, m: MeasurementPlan) -> FloatArray:
         rate = float(self.cfg.rates.get(m.name, self.cfg.rate))
