@@ -13,6 +13,7 @@ from estimfw.config.document import Document
 from estimfw.config.filter_config import FilterConfig
 from estimfw.config.generic.kalman import KalmanConfig, kalman
 from estimfw.config.generic.nominal import ConstantNominal
+from estimfw.config.node import path_text
 from estimfw.config.validate import validate
 from estimfw.errors import ConfigError, EstimfwError
 from estimfw.model.build import build_model
@@ -155,6 +156,8 @@ class _Builder:
     def _placed(self, error: EstimfwError, path: tuple[str | int, ...]) -> EstimfwError:
         if error.location is None:
             error.location = self.document.locate((*path, *error.within))
+            if error.within:
+                error.message = f"{path_text((*path, *error.within))}: {error.message}"
         return error
 
 
@@ -239,12 +242,24 @@ def _model(cfg: FilterConfig, build: _Builder, site: Any) -> Model:
     for m in measurements:
         _refuse_zero_noise(m, build.document)
     correlations = {tuple(c.between): c.value for c in cfg.prior.correlations} if cfg.prior else {}
+    _refuse_unknown_labels(cfg, [label for b in blocks for label in b.block.labels], build.document)
     try:
         return build_model(blocks, process, measurements, inputs, correlations)  # type: ignore[arg-type]
     except ConfigError as error:
         if error.location is None:
             error.location = build.document.locate(("prior",) if "prior" in error.message else ("blocks",))
         raise
+
+
+def _refuse_unknown_labels(cfg: FilterConfig, labels: list[str], document: Document) -> None:
+    for i, correlation in enumerate(cfg.prior.correlations if cfg.prior else ()):
+        for j, label in enumerate(correlation.between):
+            if label not in labels:
+                raise ConfigError(
+                    f"prior.correlations[{i}].between: there is no state {label!r}",
+                    location=document.locate(("prior", "correlations", i, "between", j)),
+                    hint=did_you_mean(label, labels),
+                )
 
 
 def _refuse_zero_noise(m: Measurement, document: Document) -> None:

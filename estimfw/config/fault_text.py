@@ -57,9 +57,8 @@ def fault_of(model: type[BaseModel], data: Mapping[str, Any], error: ErrorDetail
                 path, f"the key {left[-1] if left else '?'!r} is missing", _keys_hint(model, path), at_key=True
             )
         case "estimfw":
-            at = context.get("at")
-            deeper = (*path, at) if at is not None and _holds(data, (*path, at)) else path
-            return Fault(deeper, str(context["message"]), str(context["hint"]) or None)
+            below, _ = _path_in(data, (*path, *context.get("at", ())))
+            return Fault(below, str(context["message"]), str(context["hint"]) or None)
         case "literal_error":
             return _wrong_word(path, error["input"], str(context["expected"]))
         case "value_error" | "assertion_error":

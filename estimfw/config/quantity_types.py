@@ -33,11 +33,11 @@ __all__ = [
 Sign = Literal["any", "non-negative", "positive"]
 
 
-def refuse(message: str, hint: str | None = None, at: int | str | None = None) -> NoReturn:
-    """Raise, inside a pydantic validator, what ``validate`` turns into a ``ConfigError`` at its place (or one deeper, ``at``)."""
+def refuse(message: str, hint: str | None = None, at: int | str | tuple[int | str, ...] | None = None) -> NoReturn:
+    """Raise, inside a pydantic validator, what ``validate`` turns into a ``ConfigError`` at its place (or deeper, ``at``)."""
     context: dict[str, Any] = {"message": message, "hint": hint or ""}
     if at is not None:
-        context["at"] = at
+        context["at"] = at if isinstance(at, tuple) else (at,)
     raise PydanticCustomError("estimfw", "{message}", context)
 
 

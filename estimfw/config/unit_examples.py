@@ -29,4 +29,6 @@ _BY_DIMENSION = {parse_unit(unit).dimension: shown for unit, shown in _EXAMPLES.
 
 def examples_of(unit: str) -> tuple[str, ...]:
     """Two or three customary quantities of the dimension of ``unit``."""
-    return _BY_DIMENSION.get(parse_unit(unit).dimension, (f"0.1 {unit}",))
+    found = parse_unit(unit)
+    plain = unit if "(" not in unit.replace("sqrt(", "") else found.si_text
+    return _BY_DIMENSION.get(found.dimension, (f"0.1 {plain}",))

@@ -6,6 +6,7 @@ are refused.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -61,12 +62,18 @@ def _syntax_error(cause: MarkedYAMLError, reader: _Reader) -> ConfigError:
     context = f"{cause.context}: " if cause.context else ""
     begun = cause.context_mark
     hint = (
-        f"the {cause.context.removeprefix('while ')} began in line {begun.line + 1}"
+        f"{_begun(cause.context)} in line {begun.line + 1}"
         if cause.context and begun
         else None
     )
     place = reader.place(mark) if mark else Location(reader.file)
     return ConfigError(f"not YAML: {context}{cause.problem or 'syntax error'}", location=place, hint=hint)
+
+
+def _begun(context: str) -> str:
+    """``while parsing a flow mapping`` as ``the flow mapping begins``."""
+    words = re.sub(r"^while (parsing|scanning) (an?|the)? ?", "", context)
+    return f"the {words} begins"
 
 
 @dataclass(slots=True)

@@ -75,8 +75,8 @@ class Prior:
         return Prior(self.mean0, self.covariance0, Coefficient(t.shape, entries))
 
 
-def check_covariance(covariance: FloatArray, labels: Sequence[str]) -> None:
-    """Refuse what is no covariance: not finite, not symmetric, not positive semidefinite.
+def check_covariance(covariance: FloatArray, labels: Sequence[str], what: str = "the prior covariance") -> None:
+    """Refuse what is no covariance: not finite, not symmetric, not positive semidefinite. ``what`` names it in the message.
 
     Raises
     ------
@@ -84,17 +84,17 @@ def check_covariance(covariance: FloatArray, labels: Sequence[str]) -> None:
         With the worst eigenvalue, of the matrix scaled to unit diagonal, and the state that weighs most in it.
     """
     if not np.all(np.isfinite(covariance)):
-        raise ConfigError("the prior covariance is not finite")
+        raise ConfigError(f"{what} is not finite")
     worst = np.max(np.abs(covariance - covariance.T), initial=0.0)
     scale = np.sqrt(np.clip(np.diag(covariance), 0.0, None))
     if worst > 1e-9 * max(float(np.max(scale, initial=0.0)) ** 2, 1e-300):
         i, j = divmod(int(np.argmax(np.abs(covariance - covariance.T))), len(labels))
-        raise ConfigError(f"the prior covariance is not symmetric: {labels[i]} and {labels[j]} differ by {worst:.3g}")
+        raise ConfigError(f"{what} is not symmetric: {labels[i]} and {labels[j]} differ by {worst:.3g}")
     unit = np.where(scale > 0.0, scale, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
     if values.size and values[0] < -1e-9:
         state = labels[int(np.argmax(np.abs(vectors[:, 0])))]
         raise ConfigError(
-            f"the prior covariance is not positive semidefinite: worst eigenvalue {values[0]:.3g} (unit diagonal)",
+            f"{what} is not positive semidefinite: worst eigenvalue {values[0]:.3g} (unit diagonal)",
             hint=f"{state} weighs most in it; check the correlations given for it",
         )

@@ -7,7 +7,8 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, Strict, model_validator
 
-from estimfw.config.generic.values import numbers_in, product_unit
+from estimfw.config.generic.values import not_negative, numbers_in, product_unit, refuse_odd_units, refuse_twice
+from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Names, Settings, Site
 from estimfw.model.coefficient import constant, identity
 from estimfw.model.parts import BlockParts, NoiseInput, ProcessTerm, StateBlock
@@ -39,6 +40,8 @@ class _BlockConfig(Settings):
 
     @model_validator(mode="after")
     def _numbers(self) -> Self:
+        refuse_odd_units(self.unit, self.display_unit)
+        refuse_twice(self.axes, "axes")
         self.sigmas()
         self.means()
         return self
@@ -49,8 +52,7 @@ class _BlockConfig(Settings):
     def sigmas(self) -> tuple[float, ...]:
         """SI; a negative one is refused."""
         values = numbers_in(self.sigma, self.unit, len(self.names()), "sigma")
-        if min(values) < 0.0:
-            raise ValueError(f"sigma is negative: {self.sigma}")
+        not_negative(values, self.sigma, "sigma")
         return values
 
     def means(self) -> tuple[float, ...]:
@@ -83,7 +85,9 @@ class RandomWalkConfig(_BlockConfig):
 
     def density(self) -> tuple[float, ...]:
         """Per axis, unit / sqrt(s)."""
-        return numbers_in(self.noise, product_unit(self.unit, "1/sqrt(s)"), len(self.names()), "noise")
+        values = numbers_in(self.noise, product_unit(self.unit, "1/sqrt(s)"), len(self.names()), "noise")
+        not_negative(values, self.noise, "noise")
+        return values
 
 
 class GaussMarkovConfig(_BlockConfig):
@@ -97,7 +101,7 @@ class GaussMarkovConfig(_BlockConfig):
     def _dynamics(self) -> Self:
         self.steady()
         if min(self.times()) <= 0.0:
-            raise ValueError(f"correlation_time must be positive: {self.correlation_time}")
+            refuse(f"correlation_time must be positive: {self.correlation_time!r}", "such as 300 s", "correlation_time")
         return self
 
     def times(self) -> tuple[float, ...]:
@@ -105,7 +109,9 @@ class GaussMarkovConfig(_BlockConfig):
         return numbers_in(self.correlation_time, "s", len(self.names()), "correlation_time")
 
     def steady(self) -> tuple[float, ...]:
-        return numbers_in(self.steady_sigma, self.unit, len(self.names()), "steady_sigma")
+        values = numbers_in(self.steady_sigma, self.unit, len(self.names()), "steady_sigma")
+        not_negative(values, self.steady_sigma, "steady_sigma")
+        return values
 
 
 class IntegratedRandomWalkConfig(_BlockConfig):
@@ -126,10 +132,14 @@ class IntegratedRandomWalkConfig(_BlockConfig):
         """Mean and sigma of the rate, SI."""
         unit, n = product_unit(self.unit, "1/s"), len(self.names())
         mean = (0.0,) * n if self.rate_mean is None else numbers_in(self.rate_mean, unit, n, "rate_mean")
-        return mean, numbers_in(self.rate_sigma, unit, n, "rate_sigma")
+        sigma = numbers_in(self.rate_sigma, unit, n, "rate_sigma")
+        not_negative(sigma, self.rate_sigma, "rate_sigma")
+        return mean, sigma
 
     def density(self) -> tuple[float, ...]:
-        return numbers_in(self.noise, product_unit(self.unit, "1/s^1.5"), len(self.names()), "noise")
+        values = numbers_in(self.noise, product_unit(self.unit, "1/s^1.5"), len(self.names()), "noise")
+        not_negative(values, self.noise, "noise")
+        return values
 
 
 def random_constant(name: str, cfg: RandomConstantConfig, site: Site | None) -> BlockParts:

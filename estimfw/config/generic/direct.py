@@ -6,14 +6,17 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, Strict, model_validator
+from pydantic_core import PydanticCustomError
 
 from estimfw.config.generic.blocks import Values
 from estimfw.config.generic.coefficients import CoefficientText, coefficient_of
-from estimfw.config.generic.values import numbers_in, product_unit
+from estimfw.config.generic.values import as_config_error, not_negative, numbers_in, product_unit, refuse_twice
+from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Names, Number, Settings
 from estimfw.errors import ConfigError
 from estimfw.model.coefficient import constant
 from estimfw.model.parts import Measurement, MeasurementTerm, StateBlock
+from estimfw.model.prior import check_covariance
 from estimfw.units.quantity import parse_quantity
 from estimfw.units.unit_text import parse_unit
 
@@ -48,8 +51,13 @@ class DirectConfig(Settings):
 
     @model_validator(mode="after")
     def _square(self) -> Self:
+        refuse_twice(self.rows, "rows")
         if self.correlation is not None and any(len(row) != len(self.correlation) for row in self.correlation):
-            raise ValueError("correlation must be a square matrix over the rows")
+            refuse(
+                "the correlation is no square matrix",
+                "one row of numbers for each row of the measurement",
+                "correlation",
+            )
         return self
 
 
@@ -58,10 +66,12 @@ def direct(name: str, cfg: DirectConfig, context: Any) -> Measurement:
     first = context.block(cfg.of[0].block)
     rows = cfg.rows or cfg.of[0].axes or first.all_axes
     try:
+        covariance, kind = _noise(cfg, cfg.unit or first.unit, rows)
         terms = tuple(_term(t, context.block(t.block), rows, name) for t in cfg.of)
-        covariance, kind = _noise(cfg, cfg.unit or first.unit, len(rows), name)
+    except PydanticCustomError as error:
+        raise as_config_error(error) from error
     except ValueError as error:
-        raise ConfigError(str(error)) from error
+        raise ConfigError(str(error), within=("of",)) from error
     return Measurement(
         name=name,
         all_rows=rows,
@@ -96,24 +106,33 @@ def _selection(axes: tuple[str, ...], block: StateBlock, what: str) -> np.ndarra
 
 
 def _noise(
-    cfg: DirectConfig, unit: str, rows: int, name: str
+    cfg: DirectConfig, unit: str, rows: tuple[str, ...]
 ) -> tuple[tuple[tuple[float, ...], ...], Literal["per_measurement", "density"]]:
     kind = _kind(cfg, unit)
     density = product_unit(unit, "sqrt(s)")
-    sigma = np.array(numbers_in(cfg.noise, density if kind == "density" else unit, rows, f"measurement {name}: noise"))
-    if np.any(sigma < 0.0):
-        raise ValueError(f"measurement {name}: noise is negative")
-    correlation = np.eye(rows) if cfg.correlation is None else np.array(cfg.correlation)
-    if correlation.shape != (rows, rows):
-        raise ValueError(
-            f"measurement {name}: correlation is {correlation.shape[0]} x {correlation.shape[0]}, rows: {rows}"
-        )
+    sigma = np.array(numbers_in(cfg.noise, density if kind == "density" else unit, len(rows), "noise"))
+    not_negative(sigma.tolist(), cfg.noise, "noise")
+    correlation = np.eye(len(rows)) if cfg.correlation is None else np.array(cfg.correlation)
+    _check_correlation(correlation, rows)
     return tuple(tuple(float(x) for x in row) for row in sigma[:, None] * correlation * sigma), kind
+
+
+def _check_correlation(correlation: np.ndarray[Any, np.dtype[np.float64]], rows: tuple[str, ...]) -> None:
+    n = len(rows)
+    if correlation.shape != (n, n):
+        refuse(f"{correlation.shape[0]} x {correlation.shape[0]} where {n} x {n} is due", None, "correlation")
+    if np.any(np.diag(correlation) != 1.0):
+        refuse("a diagonal that is not 1 everywhere", "correlations are relative to the sigmas in noise", "correlation")
+    try:
+        check_covariance(correlation, rows, "the correlation")
+    except ConfigError as error:
+        refuse(error.message, error.hint, "correlation")
 
 
 def _kind(cfg: DirectConfig, unit: str) -> Literal["per_measurement", "density"]:
     first = cfg.noise[0] if isinstance(cfg.noise, tuple) else cfg.noise
-    if not isinstance(first, str):
-        return "per_measurement"
-    written = parse_quantity(first).unit.dimension
+    try:
+        written = parse_quantity(str(first)).unit.dimension
+    except ConfigError:
+        return "per_measurement"  # which then says what is wrong with it
     return "density" if written == parse_unit(product_unit(unit, "sqrt(s)")).dimension else "per_measurement"

@@ -9,6 +9,7 @@ from pydantic import Field, Strict, model_validator
 from estimfw.config.generic.blocks import Values
 from estimfw.config.generic.coefficients import CoefficientText, coefficient_of
 from estimfw.config.generic.values import numbers_in
+from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Names, Settings, quantity
 from estimfw.errors import ConfigError
 from estimfw.model.parts import KnownInput, ProcessParts, ProcessTerm
@@ -37,7 +38,7 @@ def couple(name: str, cfg: CoupleConfig, context: Any) -> ProcessParts:
     try:
         coefficient = coefficient_of(cfg.coefficient, len(target.all_axes), columns, f"process.{name}")
     except ValueError as error:
-        raise ConfigError(str(error)) from error
+        raise ConfigError(str(error), within=("coefficient",)) from error
     frame = cfg.frame if cfg.frame is not None else target.frame
     return ProcessParts((ProcessTerm(name, cfg.target, cfg.source, coefficient, frame=frame, text=cfg.text),))
 
@@ -61,13 +62,15 @@ class ScheduleConfig(Settings):
     def _ordered(self) -> Self:
         times = [step.time for step in self.steps]
         if times != sorted(times):
-            raise ValueError("steps must follow each other in time")
+            refuse("the steps do not follow each other in time", "sort them by time", "steps")
         self.values()
         return self
 
     def values(self) -> tuple[tuple[float, ...], ...]:
         count = len(self.axes) or 1
-        return tuple(numbers_in(step.value, self.unit, count, "value") for step in self.steps)
+        return tuple(
+            numbers_in(step.value, self.unit, count, "value", inside=("steps", i)) for i, step in enumerate(self.steps)
+        )
 
 
 def schedule(name: str, cfg: ScheduleConfig) -> KnownInput:

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from pydantic_core import PydanticCustomError
+
+from estimfw.config.quantity_types import refuse
+from estimfw.config.unit_examples import examples_of
 from estimfw.errors import ConfigError
 from estimfw.units.quantity import parse_quantity
 from estimfw.units.unit_text import parse_unit
 
-__all__ = ["numbers_in", "product_unit"]
+__all__ = ["as_config_error", "not_negative", "numbers_in", "product_unit", "refuse_odd_units", "refuse_twice"]
 
 
-def numbers_in(values: str | float | Sequence[str | float], unit: str, count: int, what: str) -> tuple[float, ...]:
+def numbers_in(
+    values: str | float | Sequence[str | float], unit: str, count: int, what: str, *, inside: tuple[str | int, ...] = ()
+) -> tuple[float, ...]:
     """SI numbers.
 
     Parameters
@@ -22,33 +28,73 @@ def numbers_in(values: str | float | Sequence[str | float], unit: str, count: in
         The dimension that they must have.
     count : int
     what : str
-        For the message.
+        The key that holds them.
+    inside : tuple of str and int
+        Where that key stands in the settings, if not at their top.
 
     Raises
     ------
-    ValueError
-        As pydantic wants it: it then names file, line and column.
+    PydanticCustomError
+        What `estimfw.config.validate` turns into a ConfigError at the key ``what`` (`as_config_error` does it elsewhere).
     """
-    items = list(values) if isinstance(values, Sequence) and not isinstance(values, str) else [values] * count
-    if len(items) != count:
-        raise ValueError(f"{what} has {len(items)} values, {count} are due (one for each axis, or one for all)")
-    return tuple(_number(item, unit, what) for item in items)
+    if isinstance(values, str) or not isinstance(values, Sequence):
+        return (_number(values, unit, (*inside, what)),) * count
+    if len(values) != count:
+        refuse(f"{len(values)} values where {count} are due", "one for each axis, or one for all", (*inside, what))
+    return tuple(_number(item, unit, (*inside, what, i)) for i, item in enumerate(values))
 
 
-def _number(item: str | float, unit: str, what: str) -> float:
+def not_negative(numbers: Sequence[float], values: object, what: str) -> None:
+    """Refuse a negative one among the SI numbers of ``values``."""
+    for i, number in enumerate(numbers):
+        if number < 0.0:
+            several = isinstance(values, (list, tuple))
+            shown = values[i] if isinstance(values, (list, tuple)) else values
+            refuse(f"{what} is negative: {shown!r}", "zero or more is due", (what, i) if several else (what,))
+
+
+def refuse_twice(names: Sequence[str], key: str) -> None:
+    """Refuse a name that stands twice in the list ``key``."""
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            refuse(f"{name!r} stands twice", "each needs a name of its own", (key, i))
+
+
+def refuse_odd_units(unit: str, display_unit: str) -> None:
+    """The unit of states is an SI one (numbers are SI inside), that of displays any of its dimension."""
+    for name, text in (("unit", unit), ("display_unit", display_unit)):
+        try:
+            found = parse_unit(text or unit)
+        except ConfigError as error:
+            refuse(error.message, error.hint, name)
+        if name == "unit" and float(found.scale) != 1.0:
+            refuse(f"{unit!r} is no SI unit", f"say unit: {found.si_text} and display_unit: {unit}", name)
+        if found.dimension != parse_unit(unit).dimension:
+            refuse(f"{text!r} is in {found.si_text}, not in {unit}", f"such as {unit}", name)
+
+
+def as_config_error(error: PydanticCustomError) -> ConfigError:
+    """For a fault that is found outside of pydantic's validation."""
+    context = error.context or {}
+    return ConfigError(str(context["message"]), hint=str(context["hint"]) or None, within=tuple(context.get("at", ())))
+
+
+def _number(item: str | float, unit: str, at: tuple[str | int, ...]) -> float:
     try:
         wanted = parse_unit(unit)
-        if not isinstance(item, str):
-            if not wanted.dimension.is_none:
-                raise ValueError(f"{what} = {item} has no unit; write for example '{item} {unit}'")
-            return float(item)
+    except ConfigError as error:
+        refuse(error.message, error.hint, "unit")
+    expected = f"expected a quantity in {wanted.si_text}, such as {' or '.join(examples_of(unit))}"
+    if not isinstance(item, str):
+        if not wanted.dimension.is_none:
+            refuse(f"{item!r} has no unit", expected, at)
+        return float(item)
+    try:
         quantity = parse_quantity(item)
     except ConfigError as error:
-        raise ValueError(f"{what}: {error.message}" + (f"; {error.hint}" if error.hint else "")) from error
+        refuse(error.message, expected, at)
     if quantity.unit.dimension != wanted.dimension:
-        raise ValueError(
-            f"{what} = {item!r} has the unit {quantity.unit.dimension}, it needs {unit} (such as '1 {unit}')"
-        )
+        refuse(f"{item!r} is in {quantity.unit.si_text}, not in {wanted.si_text}", expected, at)
     return quantity.value
 
 
