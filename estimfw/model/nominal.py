@@ -177,7 +177,10 @@ class BoundProvider(Protocol):
 
 
 class NominalProvider(Protocol):
-    """A provider as configured, before any data: hashable by its settings, picklable."""
+    """A provider as configured, before any data: hashable by its settings, picklable.
+
+    ``stream`` is what drives it, with ``columns`` in the order in which a streaming session takes them.
+    """
 
     kind: str
     operations: tuple[Operation, ...]
@@ -204,6 +207,7 @@ class NominalProvider(Protocol):
         ...
 
     def bind(self, settings: ProviderSettings) -> BoundProvider: ...
+    columns: tuple[str, ...]
 
 
 DerivedFunction = Callable[..., Any]

@@ -193,7 +193,6 @@ def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:
     if prepared.bound is not None:
         stream = prepared.record.streams[str(prepared.problem.provider.stream)]
         samples = prepared.bound.samples(stream, steps.rows[first : last + 1])
-        samples[:, 0] = steps.dt[own]
     else:
         samples = np.zeros((last - first, 1))
     begin = steps.time[own] - steps.dt[own]

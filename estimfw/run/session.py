@@ -1,26 +1,29 @@
 """A streaming session: push samples, read the estimate.
 
-The same scan as in a batch run, a chunk of one step at a time, so the estimates are equal. A measurement row that comes after
-its instant has passed is *late*: it is counted and not fused.
+The same scan as in a batch run, a chunk of one step at a time, and steps at the same instants, so the estimates are equal. A
+measurement row that comes after its instant has passed is *late*: it is counted and not fused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimfw.config.compose import Problem
+from estimfw.config.generic.simulate_model import inputs_at
 from estimfw.data.record import Event, Record, Stream
-from estimfw.data.timeline import Due, Steps
+from estimfw.data.timeline import SAME, Steps
 from estimfw.errors import DataError, UsageError
-from estimfw.estimators.scan import ChunkResult
-from estimfw.kernels.fuse import MEANINGS
+from estimfw.estimators.scan import Chunk, ChunkResult, refuse_lost, row_offsets
+from estimfw.kernels.fuse import LATE, MEANINGS
 from estimfw.model.nominal import InitialNominal
 from estimfw.run.outputs import output_values
-from estimfw.run.prepare import Prepared, filter_start, make_chunk
+from estimfw.run.prepare import filter_start
+from estimfw.run.waiting_rows import DueRow, WaitingRows
 
 __all__ = ["Estimate", "Session"]
 
@@ -31,8 +34,8 @@ FloatArray = NDArray[np.float64]
 class Estimate:
     """The filter after a step.
 
-    ``states`` and ``outputs`` map a label to (value, sigma) in SI; ``covariance`` is (n, n); ``dispositions`` says what became of
-    each measurement that was due.
+    ``states`` and ``outputs`` map a label to (value, sigma) in SI; ``covariance`` is (n, n). ``dispositions`` says what became of
+    each measurement that was due, or late since the step before; ``nis`` holds the NIS of those that were due.
     """
 
     time: float
@@ -40,6 +43,7 @@ class Estimate:
     outputs: Mapping[str, tuple[float, float]]
     covariance: FloatArray
     dispositions: Mapping[str, str]
+    nis: Mapping[str, float]
 
 
 class Session:
@@ -53,155 +57,210 @@ class Session:
         Where the nominal starts; needed where the config has a moving nominal and no given start.
     time : float, s
         The instant of the start.
+    periods : mapping of str to float, s, optional
+        Nominal interval of streams. It matters where stamps are rounded, and where a measurement's noise is a density; what is
+        not given is told by the stamps.
+
+    Attributes
+    ----------
+    time : float, s
+        Where the filter is.
+    events : list of Event
+        Late rows, duplicates, rows that a later one of the same step superseded.
     """
 
-    def __init__(self, problem: Problem, start: InitialNominal | None = None, time: float = 0.0) -> None:
-        given = start if start is not None else self._given(problem)
-        self.problem = problem
-        self.start = problem.provider.start(given, Record({}))
-        self.bound = problem.provider.bind(problem.settings)
-        self.time = time
-        self.events: list[Event] = []
-        self._waiting: list[FloatArray] = []
+    def __init__(
+        self,
+        problem: Problem,
+        start: InitialNominal | None = None,
+        time: float = 0.0,
+        periods: Mapping[str, float] | None = None,
+    ) -> None:
+        given = start if start is not None or problem.initial is None else problem.initial.reference()
+        self.problem, self.time, self.events = problem, time, list[Event]()
+        self._plan, self._provider, self._periods = problem.plan, problem.provider, dict(periods or {})
+        initial = self._provider.start(given, Record({}))
+        self._bound = self._provider.bind(problem.settings)
+        row = self._bound.initial_row(initial) if self._bound is not None else self._plan.layout.pack(problem.reference)
+        one = Steps(time, np.array([time]), np.zeros(1), np.zeros(2, np.int64), {}, np.zeros(1, dtype=bool), ())
+        self._scan, self._state, _ = filter_start(problem, self._bound, initial, row, one)
+        self._begin, self._steps, self._last = time, 0, None
+        self._samples: list[FloatArray] = []
         self._stamps: list[float] = []
-        self._readings: dict[str, list[tuple[float, FloatArray]]] = {}
-        self._ticks = dict.fromkeys((m.name for m in problem.plan.measurements), 0)
-        self._begin = time
-        row = (
-            self.bound.initial_row(self.start)
-            if self.bound is not None
-            else problem.plan.layout.pack(problem.reference)
-        )
-        self._scan, self._state, self._prior = filter_start(
-            problem, self.bound, self.start, row, self._steps(time, 0.0)
-        )
-        self._last: Estimate | None = None
+        self._rows = WaitingRows(self._plan.measurements, time, self._periods)
+        self._late: set[str] = set()
+        self._counts: dict[str, Counter[str]] = {m.name: Counter() for m in self._plan.measurements}
+        self._ticks = dict.fromkeys((m.name for m in self._plan.measurements), 0)
+        self._restarts = sorted(t for t in problem.estimator.restarts if t > time + SAME)
+        self._lengths: dict[float, float] = {}
+        if self._provider.stream in self._periods:
+            self._length(self._periods[self._provider.stream] * self._provider.samples_per_step)
 
-    @staticmethod
-    def _given(problem: Problem) -> InitialNominal | None:
-        return problem.initial.reference() if problem.initial is not None else None
+    _last: Estimate | None
 
     @property
     def estimate(self) -> Estimate | None:
         """After the last step; None before the first."""
         return self._last
 
-    def measure(self, stream: str, time: float, values: ArrayLike) -> None:
+    @property
+    def counts(self) -> dict[str, dict[str, int]]:
+        """Dispositions so far, by measurement."""
+        return {name: {word: count[word] for word in MEANINGS} for name, count in self._counts.items()}
+
+    def measure(self, stream: str, time: float, values: ArrayLike | Mapping[str, float]) -> None:
         """Hand over a measurement row; it is fused at the end of the step in which it lies.
 
         Parameters
         ----------
         stream : str
         time : float, s
-        values : (columns,) array
-            In the order of the measurement's columns, SI; NaN marks a missing component.
+        values : (columns,) array, or mapping of column to value
+            In the order of the columns that the measurements read, SI; NaN marks a missing component.
 
         Raises
         ------
         UsageError
             No measurement reads that stream.
+        DataError
+            Other values than the columns, or a second row at the same time that differs.
         """
-        readers = [m for m in self.problem.plan.measurements if m.stream == stream]
-        if not readers:
-            known = sorted(str(m.stream) for m in self.problem.plan.measurements if m.stream)
-            raise UsageError(
-                f"no measurement reads the stream {stream!r}", hint=f"streams: {', '.join(known) or 'none'}"
-            )
-        row = np.atleast_1d(np.asarray(values, dtype=float))
-        if row.shape != (readers[0].rows,):
-            raise DataError(f"stream {stream!r}: {row.size} values, {readers[0].rows} are due")
-        if time <= self.time + 1e-9:
+        row = self._rows.row(stream, values)
+        if not np.isfinite(time):
+            raise DataError(f"stream {stream!r}: the time of a row is {time:g}")
+        if time < self._begin - SAME or (self._last is not None and time <= self.time + SAME):
             text = f"came when the filter was at {self.time:g} s already: not fused"
             self.events.append(Event(time, stream, "late", text))
-            return
-        self._readings.setdefault(stream, []).append((time, row))
+            for m in self._plan.measurements:
+                if m.stream == stream:
+                    self._late.add(m.name)
+                    self._counts[m.name][MEANINGS[LATE]] += 1
+        elif not self._rows.add(stream, time, row):
+            self.events.append(Event(time, stream, "duplicate", "identical rows are used once"))
 
     def push(self, time: float, sample: ArrayLike) -> Estimate | None:
         """Hand over a row of the driving stream (an IMU's increments); a step is done when enough of them are there.
 
         Raises
         ------
+        UsageError
+            The model has no driving stream.
         DataError
-            Time does not advance, or the row is not finite.
+            Time does not advance, or the row is not finite or not complete.
         """
-        if self.bound is None:
+        if self._bound is None:
             raise UsageError("this model has no driving stream", hint="use advance(time)")
-        row = np.asarray(sample, dtype=float)
-        if not np.all(np.isfinite(row)):
-            raise DataError(f"the sample at {time:g} s is not finite")
-        newest = self._stamps[-1] if self._stamps else self.time
-        if time <= newest + 1e-9:
-            raise DataError(f"time does not advance: {time:g} s after {newest:g} s")
-        self._waiting.append(row)
+        row, columns = np.asarray(sample, dtype=float), self._provider.columns
+        if row.shape != (len(columns),) or not np.all(np.isfinite(row)):
+            raise DataError(
+                f"the sample at {time:g} s is not {len(columns)} finite numbers",
+                hint=f"in the order {', '.join(columns)}",
+            )
+        self._refuse_back(time, self._stamps[-1] if self._stamps else self.time)
+        self._samples.append(row)
         self._stamps.append(time)
-        if len(self._waiting) < self.problem.provider.samples_per_step:
+        if len(self._samples) < self._provider.samples_per_step:
             return None
-        return self._advance(time)
+        dt = self._length(time - self.time)
+        period = dt / len(self._samples)
+        driver = str(self._provider.stream)
+        stream = Stream(driver, np.array(self._stamps), np.array(self._samples), columns, "increment", period)
+        samples = self._bound.samples(stream, np.array([0, len(self._samples)]))
+        self._samples.clear()
+        self._stamps.clear()
+        return self._step(time, dt, samples)
 
     def advance(self, time: float) -> Estimate:
-        """Go to an instant, for a model without a driving stream, and fuse what lies up to it.
+        """Go to an instant, for a model without a driving stream.
+
+        There is a step for each instant on the way at which something happens: a row, a pseudo-measurement, a restart, or a
+        known input that changes.
 
         Raises
         ------
         UsageError
             The model has a driving stream.
+        DataError
+            Time does not advance.
         """
-        if self.bound is not None:
+        if self._bound is not None:
             raise UsageError("this model is driven by a stream", hint="use push(time, sample)")
-        return self._advance(time)
+        if self._last is not None:
+            self._refuse_back(time, self.time)
+        elif not time >= self.time - SAME:
+            raise DataError(f"time does not advance: {time:g} s, the start is at {self.time:g} s")
+        estimate = None
+        for instant in self._instants(time):
+            dt = self._length(instant - self.time) if instant - self.time > SAME else 0.0
+            estimate = self._step(instant, dt, np.zeros((1, 1)))
+        assert estimate is not None
+        return estimate
 
-    def _advance(self, time: float) -> Estimate:
-        period = (time - self.time) / max(1, len(self._stamps))
-        rows = np.array(self._waiting) if self._waiting else np.zeros((0, 0))
-        driver = str(self.problem.provider.stream)
-        streams = {driver: Stream(driver, np.array(self._stamps), rows, (), "increment", period)} if len(rows) else {}
-        steps = self._steps(time, time - self.time)
-        due = {}
-        for m in self.problem.plan.measurements:
-            if m.stream is None:
-                due[m.name] = self._pseudo(m.name, m.every, time)
-                continue
-            found, due[m.name] = self._reading(m.stream, time, m.columns)
-            streams[m.stream] = found
-        prepared = Prepared(
-            self.problem, self.problem.plan, Record(streams), self.start, self.bound,
-            replace(steps, due=due, rows=np.array([0, len(rows)], dtype=np.int64)), self._scan, self._state, self._prior, (),
-        )  # fmt: skip
-        self._state, result = self._scan.run(self._state, make_chunk(prepared, 0, 1))
-        self.time = time
-        self._waiting.clear()
-        self._stamps.clear()
+    @staticmethod
+    def _refuse_back(time: float, newest: float) -> None:
+        if not time > newest + SAME:
+            raise DataError(f"time does not advance: {time:g} s after {newest:g} s")
+
+    def _instants(self, time: float) -> list[float]:
+        """Ends of the steps up to a time, the time itself included."""
+        rows = [max(t, self.time) for t in self._rows.instants(time)]
+        ahead = [*self._restarts, *(t for known in self._plan.inputs for t in known.times)]
+        for every in {m.every for m in self._plan.measurements if m.every is not None}:
+            done = int(np.floor((self.time - self._begin) / every + 1e-6))
+            last = int(np.floor((time - self._begin) / every + 1e-9))
+            ahead += [self._begin + every * k for k in range(done + 1, last + 1)]
+        between = [t for t in ahead if self.time + SAME < t <= time + SAME]
+        found = np.unique([*rows, *between, time])
+        return [float(t) for t in found[np.concatenate([[True], np.diff(found) > SAME])]]
+
+    def _length(self, dt: float) -> float:
+        """Steps that differ by rounding of the stamps are one length, as in `estimfw.data.timeline`."""
+        nominal = next(iter(self._lengths.values()), dt)
+        if abs(dt - nominal) <= 1e-6 * nominal:
+            dt = nominal
+        return self._lengths.setdefault(round(dt, 9), dt)
+
+    def _step(self, time: float, dt: float, samples: FloatArray) -> Estimate:
+        restart = bool(self._restarts) and self._restarts[0] <= self.time + SAME
+        if restart:
+            self._restarts = [t for t in self._restarts if t > self.time + SAME]
+        readings, due, interval = self._due(time, dt, self._rows.take(time))
+        inputs = inputs_at(self._plan, np.array([time - dt]))
+        chunk = Chunk(samples, np.array([dt]), np.array([restart]), inputs, readings, due, interval)
+        self._state, result = self._scan.run(self._state, chunk)
+        refuse_lost(self._plan, result, self._steps, np.array([time]))
+        self.time, self._steps = time, self._steps + 1
         self._last = self._estimate(result)
         return self._last
 
-    def _steps(self, time: float, dt: float) -> Steps:
-        restart = any(
-            self.time - 1e-9 < t <= time - 1e-9 and t <= self.time + 1e-9 for t in self.problem.estimator.restarts
-        )
-        return Steps(self.time, np.array([time]), np.array([dt]), np.zeros(2, np.int64), {}, np.array([restart]), ())
+    def _due(
+        self, time: float, dt: float, rows: Mapping[str, DueRow]
+    ) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
+        offsets, many = row_offsets(self._plan), len(self._plan.measurements)
+        readings, due, interval = np.zeros((1, offsets[-1])), np.zeros((1, many), dtype=bool), np.ones((1, many))
+        for j, m in enumerate(self._plan.measurements):
+            if m.stream is None:
+                due[0, j], interval[0, j] = self._pseudo(m.name, m.every, time, dt)
+            elif m.stream in rows:
+                row = rows[m.stream]
+                columns = [self._rows.columns[m.stream].index(c) for c in m.columns]
+                readings[0, offsets[j] : offsets[j + 1]] = row.values[columns]
+                due[0, j], interval[0, j] = True, row.interval
+        for stream, row in rows.items():
+            if row.superseded:
+                text = "more than one row in a step: the last one is used"
+                self.events.append(Event(row.time, stream, "crowded", text, row.superseded))
+        return readings, due, interval
 
-    def _pseudo(self, name: str, every: float | None, time: float) -> Due:
+    def _pseudo(self, name: str, every: float | None, time: float, dt: float) -> tuple[bool, float]:
         if every is None:
-            return Due(np.zeros(1, np.int64), np.array([time - self.time]))
+            return True, dt or next(iter(self._lengths.values()), 1.0)
         ticks = int(np.floor((time - self._begin) / every + 1e-6))
-        fresh = ticks > self._ticks[name]
-        self._ticks[name] = ticks
-        return Due(np.array([0 if fresh else -1]), np.array([every]))
-
-    def _reading(self, stream: str, time: float, columns: Sequence[str]) -> tuple[Stream, Due]:
-        waiting = self._readings.get(stream, [])
-        ready = [r for r in waiting if r[0] <= time + 1e-9]
-        self._readings[stream] = [r for r in waiting if r[0] > time + 1e-9]
-        if not ready:
-            empty = Stream(stream, np.zeros(1), np.full((1, len(columns)), np.nan), tuple(columns))
-            return empty, Due(np.array([-1]), np.ones(1))
-        at, row = ready[-1]
-        return Stream(stream, np.array([at]), row[None], tuple(columns)), Due(
-            np.zeros(1, np.int64), np.array([time - self.time or 1.0])
-        )
+        fresh, self._ticks[name] = ticks > self._ticks[name], ticks
+        return fresh, every
 
     def _estimate(self, result: ChunkResult) -> Estimate:
-        plan = self.problem.plan
+        plan = self._plan
         rows = plan.layout.complete(result.rows)
         sigma = np.sqrt(np.maximum(np.diag(result.covariance[0]), 0.0))
         outputs: dict[str, tuple[float, float]] = {}
@@ -209,10 +268,15 @@ class Session:
             value, spread = output_values(self.problem, output, jacobian, result, rows)
             outputs |= {label: (float(value[0, i]), float(spread[0, i])) for i, label in enumerate(output.labels)}
         codes = {m.name: int(result.disposition[0, j]) for j, m in enumerate(plan.measurements)}
+        due = {name: MEANINGS[code] for name, code in codes.items() if code >= 0}
+        for name, word in due.items():
+            self._counts[name][word] += 1
+        late, self._late = self._late, set()
         return Estimate(
             time=self.time,
             states={s: (float(result.estimate[0, i]), float(sigma[i])) for i, s in enumerate(plan.states)},
             outputs=outputs,
             covariance=result.covariance[0],
-            dispositions={name: MEANINGS[code] for name, code in codes.items() if code >= 0},
+            dispositions=dict.fromkeys(late, MEANINGS[LATE]) | due,
+            nis={m.name: float(result.nis[0, j]) for j, m in enumerate(plan.measurements) if m.name in due},
         )

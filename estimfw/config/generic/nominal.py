@@ -36,6 +36,7 @@ class ConstantNominal:
     operations: tuple[Operation, ...] = ()
     slots: tuple[CorrectionSlot, ...] = ()
     stream: str | None = None
+    columns: tuple[str, ...] = ()
     samples_per_step: int = 1
 
     def variables(self, computed: frozenset[str]) -> tuple[NominalVariable, ...]:

@@ -23,7 +23,7 @@ from estimfw.model.nominal import (
     TermMirror,
 )
 from estimfw_inertial import mechanization
-from estimfw_inertial.increments import imu_samples
+from estimfw_inertial.increments import IMU_COLUMNS, imu_samples
 
 __all__ = ["BoundStrapdown", "Strapdown", "StrapdownConfig", "strapdown"]
 
@@ -72,6 +72,7 @@ class Strapdown:
     samples_per_step: int = 2
     kind: str = field(default="inertial.strapdown", init=False)
     stream: str | None = field(default="imu", init=False)
+    columns: tuple[str, ...] = field(default=IMU_COLUMNS, init=False)
     operations: tuple[Operation, ...] = field(default=_OPERATIONS, init=False)
     slots: tuple[CorrectionSlot, ...] = field(
         default=(CorrectionSlot("velocity", "n"), CorrectionSlot("attitude", "n")), init=False
