@@ -17,14 +17,11 @@ __all__ = ["command"]
 @click.option("--data/--no-data", default=True, help="Read the record and check it too (default: yes).")
 def command(config: Path, overrides: tuple[str, ...], as_json: bool, data: bool) -> None:
     """Check CONFIG: the config, the model, the policies, the plan, the record; everything but the run."""
-    from estimfw.analysis.directions import undetectable_directions
     from estimfw.run.load import load_record
     from estimfw.run.prepare import prepare
 
     problem = open_problem(config, overrides)
-    notes = [
-        f"not determined by the measurements: {d}" for d in undetectable_directions(problem.model, problem.reference)
-    ]
+    notes: list[str] = []
     steps, kernel = None, None
     if data and problem.source is not None:
         prepared = prepare(problem, load_record(problem))

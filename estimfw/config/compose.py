@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.analysis.directions import undetectable_directions
+from estimfw.config.builder import Builder
 from estimfw.config.document import Document
 from estimfw.config.filter_config import FilterConfig
 from estimfw.config.generic.kalman import KalmanConfig, kalman
 from estimfw.config.generic.nominal import ConstantNominal
-from estimfw.config.node import path_text
+from estimfw.config.generic.values import STATE_BYTES
 from estimfw.config.validate import validate
-from estimfw.errors import ConfigError, EstimfwError
+from estimfw.data.memory import refuse_too_large
+from estimfw.errors import ConfigError
 from estimfw.model.build import build_model
 from estimfw.model.model import Model
 from estimfw.model.nominal import InitialNominal, NominalProvider, ProviderSettings
@@ -26,7 +29,6 @@ from estimfw.plan.plan import Plan, make_plan
 from estimfw.policies.change import Change, Policy
 from estimfw.policies.drop_frame_rotation import turn_name
 from estimfw.policies.sequence import apply_policies
-from estimfw.registry.component import Role
 from estimfw.registry.registry import Registry
 from estimfw.spelling import did_you_mean
 
@@ -89,6 +91,8 @@ class Problem:
         Further sources, whose streams join the record.
     monitors : tuple of objects
     warnings : tuple of str
+    owners : mapping of str to str
+        By the path of a section (``source``, ``monitors.motion``): the plugin that it comes from.
     """
 
     config: FilterConfig
@@ -108,61 +112,7 @@ class Problem:
     aiding: Mapping[str, Any]
     monitors: tuple[Any, ...]
     warnings: tuple[str, ...]
-
-
-class _Builder:
-    """Validates and builds the components of one config; an error from any of them gets the place it stands at."""
-
-    def __init__(self, document: Document, registry: Registry) -> None:
-        self.document, self.registry = document, registry
-
-    def settings(
-        self, role: Role, data: Any, path: tuple[str | int, ...], default: str | None = None
-    ) -> tuple[Any, Any]:
-        """The component and its validated config."""
-        if isinstance(data, str):
-            data = {"kind": data}
-        kind = data.get("kind", default) if isinstance(data, Mapping) else None
-        if not isinstance(kind, str):
-            raise ConfigError(
-                f"{_text(path)} needs a kind", location=self.document.locate(path), hint="such as kind: kalman"
-            )
-        try:
-            component = self.registry.get(role, kind)
-        except EstimfwError as error:
-            raise self._placed(error, (*path, "kind")) from error
-        return component, validate(component.config, {**data, "kind": kind}, self.document, path)
-
-    def make(self, role: Role, data: Any, path: tuple[str | int, ...], *more: Any, default: str | None = None) -> Any:
-        """The object that the component builds; ``more`` follows its config."""
-        component, cfg = self.settings(role, data, path, default)
-        try:
-            return component.build(cfg, *more)
-        except EstimfwError as error:
-            raise self._placed(error, path) from error
-
-    def named(self, role: Role, data: Mapping[str, Any], section: str, *more: Any) -> list[Any]:
-        """One object for each entry of a section; they get their name before their config."""
-        made = []
-        for name, entry in data.items():
-            path = (section, name)
-            component, cfg = self.settings(role, entry, path)
-            try:
-                made.append(component.build(name, cfg, *more))
-            except EstimfwError as error:
-                raise self._placed(error, path) from error
-        return made
-
-    def _placed(self, error: EstimfwError, path: tuple[str | int, ...]) -> EstimfwError:
-        if error.location is None:
-            error.location = self.document.locate((*path, *error.within))
-            if error.within:
-                error.message = f"{path_text((*path, *error.within))}: {error.message}"
-        return error
-
-
-def _text(path: tuple[str | int, ...]) -> str:
-    return ".".join(str(p) for p in path)
+    owners: Mapping[str, str]
 
 
 def compose(document: Document, registry: Registry) -> Problem:
@@ -174,7 +124,7 @@ def compose(document: Document, registry: Registry) -> Problem:
         With the place in the config.
     """
     cfg = validate(FilterConfig, document.data, document, ())
-    build = _Builder(document, registry)
+    build = Builder(document, registry)
     site = cfg.site
     provider = build.make("nominal", cfg.nominal, ("nominal",), site) if cfg.nominal is not None else ConstantNominal()
     initial = _initial(cfg, build, site)
@@ -197,7 +147,8 @@ def compose(document: Document, registry: Registry) -> Problem:
         settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
         aiding=aiding,
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
-        warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry)),
+        warnings=(*getattr(provider, "warnings", ()), *_undetectable(model, reference), *registry_warnings(registry)),
+        owners=build.owners,
     )  # fmt: skip
 
 
@@ -206,7 +157,16 @@ def registry_warnings(registry: Registry) -> tuple[str, ...]:
     return tuple(f"plugin {p.name}: {p.status} ({p.reason})" for p in registry.failed)
 
 
-def _initial(cfg: FilterConfig, build: _Builder, site: Any) -> Any:
+def _undetectable(model: Model, reference: Mapping[str, FloatArray]) -> tuple[str, ...]:
+    """One warning with the null space in state names; empty where everything is determined."""
+    found = undetectable_directions(model, reference)
+    if not found:
+        return ()
+    count = f"{len(found)} combinations of states are" if len(found) > 1 else "1 combination of states is"
+    return ("\n  ".join([f"{count} not determined by the measurements and keeps its prior uncertainty:", *found]),)
+
+
+def _initial(cfg: FilterConfig, build: Builder, site: Any) -> Any:
     if cfg.initial_attitude is None:
         return None
     kind = str(cfg.nominal.get("kind", "")) if cfg.nominal else ""
@@ -225,10 +185,11 @@ def _reference(provider: Any, given: InitialNominal | None, source: Any) -> dict
     return reference
 
 
-def _model(cfg: FilterConfig, build: _Builder, site: Any) -> Model:
+def _model(cfg: FilterConfig, build: Builder, site: Any) -> Model:
     blocks: list[BlockParts] = []
     for made in build.named("block", cfg.blocks, "blocks", site):
         blocks.extend(made if isinstance(made, tuple) else (made,))
+    _refuse_too_many_states(cfg, blocks, build.document)
     inputs: list[KnownInput] = build.named("input", cfg.inputs, "inputs")
     by_name = {b.block.name: b.block for b in blocks}
     noises = {n.name: n for b in blocks for n in b.noises}
@@ -248,6 +209,18 @@ def _model(cfg: FilterConfig, build: _Builder, site: Any) -> Model:
     except ConfigError as error:
         if error.location is None:
             error.location = build.document.locate(("prior",) if "prior" in error.message else ("blocks",))
+        raise
+
+
+def _refuse_too_many_states(cfg: FilterConfig, blocks: list[BlockParts], document: Document) -> None:
+    """Before anything grows with the square of their number."""
+    count = sum(len(b.block.axes) for b in blocks)
+    kept = (cfg.estimator or {}).get("covariance_samples", 200)
+    each = STATE_BYTES + 8.0 * (kept if isinstance(kept, int) else 200)
+    try:
+        refuse_too_large(each * count * count, f"{count} states", "fewer states, or fewer estimator.covariance_samples")
+    except ConfigError as error:
+        error.location = document.locate(("blocks",))
         raise
 
 
@@ -301,7 +274,7 @@ def _checks(cfg: FilterConfig, provider: Any, model: Model, document: Document) 
         raise
 
 
-def _estimator(cfg: FilterConfig, build: _Builder, model: Model) -> KalmanConfig:
+def _estimator(cfg: FilterConfig, build: Builder, model: Model) -> KalmanConfig:
     _, estimator = build.settings("estimator", cfg.estimator or {"kind": "kalman"}, ("estimator",))
     for name in estimator.gates:
         if name not in {m.name for m in model.measurements}:

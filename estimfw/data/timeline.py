@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Event, Stream
 from estimfw.errors import DataError
 
@@ -137,6 +138,7 @@ def merged_steps(
         raise DataError("the record has no rows", hint="no measurement stream holds any data")
     begin = float(start) if start is not None else float(np.min(rows)) if rows.size else 0.0
     end = float(stop) if stop is not None else float(np.max(rows if rows.size else between))
+    _refuse_too_many(wanted, end - begin)
     ticks = [begin + w.every * np.arange(1, int((end - begin) / w.every + 1e-9) + 1) for w in wanted if w.every]
     known = np.concatenate([rows, between[between > begin + SAME]])
     every = np.unique(np.concatenate([known, *ticks]))
@@ -149,6 +151,14 @@ def merged_steps(
     due, events = _dues(time, dt, begin, streams, wanted)
     none = np.zeros(time.size + 1, dtype=np.int64)
     return Steps(begin, time, dt, none, due, _restarts(time, dt, restarts), tuple(events))
+
+
+def _refuse_too_many(wanted: Sequence[Wanted], duration: float) -> None:
+    for w in wanted:
+        if w.every:
+            count = duration / w.every
+            text = f"measurement {w.name!r}, every {w.every:g} s over {duration:g} s: {count:.3g} steps"
+            refuse_too_large(8.0 * 20.0 * count, text, "let it fall due less often")
 
 
 def _typical(time: FloatArray) -> float:

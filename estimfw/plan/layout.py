@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimfw.errors import ConfigError
+from estimfw.errors import ConfigError, PluginError
 from estimfw.model.nominal import NominalVariable
 from estimfw.model.parts import DerivedVariable
 from estimfw.spelling import did_you_mean
@@ -91,12 +91,27 @@ class NominalLayout:
     def complete(self, rows: FloatArray) -> FloatArray:
         """Rows with the derived variables appended; the rows themselves where there are none."""
         for d in self.derived:
-            values = self.unpack(rows)
-            value = np.asarray(d.function(**{need: values[need] for need in d.needs}), dtype=float)
-            flat = value.reshape((*rows.shape[:-1], int(np.prod(d.shape, dtype=int))))
-            rows = np.concatenate([rows, flat], axis=-1)
+            value = _derived(d, self.unpack(rows), rows.shape[:-1])
+            rows = np.concatenate([rows, value.reshape((*rows.shape[:-1], -1))], axis=-1)
         return rows
 
     def reasons(self, names: Iterable[str]) -> list[str]:
         """Which of these are not constant."""
         return sorted(n for n in names if self.changes(n) != "constant")
+
+
+def _derived(d: DerivedVariable, values: Mapping[str, FloatArray], leading: tuple[int, ...]) -> FloatArray:
+    """The variable (..., *shape); PluginError where the plugin's function fails, or makes another shape or NaN of numbers."""
+    needed = {need: values[need] for need in d.needs}
+    what = f"the derived variable {d.name!r} ({d.function.__module__}.{d.function.__qualname__})"
+    try:
+        value = np.asarray(d.function(**needed), dtype=float)
+    except Exception as cause:
+        raise PluginError(f"{what} raised {type(cause).__name__}: {cause}") from cause
+    if value.shape != (*leading, *d.shape):
+        hint = "arrays come with leading axes (epochs, runs), the value needs them too"
+        raise PluginError(f"{what} has the shape {value.shape}, {(*leading, *d.shape)} is due", hint=hint)
+    if not np.all(np.isfinite(value)) and all(np.all(np.isfinite(v)) for v in needed.values()):
+        at = tuple(int(i) for i in np.argwhere(~np.isfinite(value))[0])
+        raise PluginError(f"{what} is {value[at]} at {list(at)}", hint=f"for {needed}"[:300])
+    return value

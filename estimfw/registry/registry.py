@@ -70,6 +70,12 @@ class Registry:
                 raise _unusable(plugin, role, kind) from plugin.cause
         raise ConfigError(f"unknown {role} kind {kind!r}", hint="\n  ".join(self._hints(role, kind)))
 
+    def owner(self, kind: str) -> str | None:
+        """The plugin of a component, for people: ``plugin 'radar' (acme-radar 1.2)``; None for the framework's own."""
+        name = kind.partition(".")[0] if "." in kind else ""
+        found = next((p for p in self.plugins if p.name == name and p.status == "loaded"), None)
+        return f"plugin {found.name!r} ({found.origin})" if found else None
+
     def _hints(self, role: str, kind: str) -> list[str]:
         hints = [did_you_mean(kind, self.ids(role))]
         other = sorted(r for r, k in self._components if k == kind)

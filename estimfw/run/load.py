@@ -6,7 +6,9 @@ from typing import Any
 
 from estimfw.config.compose import Problem
 from estimfw.data.record import Record, Stream
-from estimfw.errors import ConfigError
+from estimfw.errors import ConfigError, PluginError
+from estimfw.registry.contract import plugin_code
+from estimfw.run.guard import check_record
 
 __all__ = ["load_record"]
 
@@ -37,14 +39,16 @@ def load_record(problem: Problem) -> Record:
 
 def _loaded(source: Any, problem: Problem, path: tuple[str, ...]) -> Record:
     """The record of one source, which stands at ``path``; one that has to know the plan gets to see it."""
+    owner, what = problem.owners.get(".".join(path)), f"source {'.'.join(path)!r}"
     try:
-        if hasattr(source, "load_for"):
-            row = problem.plan.layout.pack(problem.reference)
-            made: Record = source.load_for(problem.plan, problem.plan.layout.complete(row))
-            return made
-        loaded: Record = source.load()
-        return loaded
-    except ConfigError as error:
+        with plugin_code(owner, f"load() of {what}"):
+            if hasattr(source, "load_for"):
+                row = problem.plan.layout.pack(problem.reference)
+                made = source.load_for(problem.plan, problem.plan.layout.complete(row))
+            else:
+                made = source.load()
+        return check_record(made, owner, what)
+    except (ConfigError, PluginError) as error:
         error.location = error.location or problem.document.locate((*path, *error.within))
         raise
 

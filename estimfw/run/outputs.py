@@ -13,6 +13,7 @@ from estimfw.estimators.scan import ChunkResult
 from estimfw.model.frame import rotation
 from estimfw.model.parts import Output, StateBlock
 from estimfw.plan.lowering import Lowered
+from estimfw.registry.contract import broken, plugin_code
 
 __all__ = ["output_values", "state_truth", "truth_at", "wrapped"]
 
@@ -36,7 +37,18 @@ def output_values(
         estimates[name] = full
     J = jacobian.evaluate(rows)
     variance = np.einsum("kij,kjl,kil->ki", J, result.covariance, J)
-    return np.asarray(output.value(estimates, nominal), dtype=float), np.sqrt(np.maximum(variance, 0.0))
+    return _value(output, estimates, nominal, variance.shape), np.sqrt(np.maximum(variance, 0.0))
+
+
+def _value(
+    output: Output, estimates: Mapping[str, FloatArray], nominal: Mapping[str, FloatArray], shape: tuple[int, ...]
+) -> FloatArray:
+    what = f"{output.value.__module__}.{output.value.__qualname__}"
+    with plugin_code(f"output {output.name!r}", what):
+        value = np.asarray(output.value(estimates, nominal), dtype=float)
+    if value.shape != shape:
+        raise broken(f"output {output.name!r}", what, f"made the shape {value.shape}, {shape} is due")
+    return value
 
 
 def truth_at(truth: Truth | None, time: FloatArray) -> dict[str, FloatArray] | None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
+from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Event, Record
+from estimfw.errors import PluginError
 from estimfw.estimators.scan import ChunkResult, refuse_lost
 from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
@@ -21,7 +24,9 @@ __all__ = ["Collected", "Timing", "run_problem"]
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
-CHUNK = 4096
+#: A chunk has at most so many steps, and so many numbers in its covariances (64 MiB).
+LONGEST_CHUNK = 4096
+CHUNK_NUMBERS = 1 << 23
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +81,7 @@ def run_problem(problem: Problem, progress: Progress | None = None, record: Reco
     record = record if record is not None else load_record(problem)
     loaded = time.perf_counter()
     prepared = prepare(problem, record)
+    _refuse_too_long(prepared)
     ready = time.perf_counter()
     pieces, filtering = _scan(prepared, progress)
     timing = Timing(loaded - begin, ready - loaded, filtering)
@@ -98,17 +104,46 @@ class _Piece:
 def _scan(prepared: Prepared, progress: Progress | None) -> tuple[list[_Piece], float]:
     steps, state, pieces, spent = prepared.steps, prepared.state, [], 0.0
     wanted = covariance_steps(len(steps), prepared.problem.estimator.covariance_samples)
-    for first in range(0, len(steps), CHUNK):
-        last = min(first + CHUNK, len(steps))
+    length = chunk_length(len(prepared.plan.states))
+    for first in range(0, len(steps), length):
+        last = min(first + length, len(steps))
         chunk = make_chunk(prepared, first, last)
         begin = time.perf_counter()
-        state, result = prepared.scan.run(state, chunk)
+        with _told_when(first, last, prepared.steps.time):
+            state, result = prepared.scan.run(state, chunk)
         spent += time.perf_counter() - begin
         refuse_lost(prepared.plan, result, first, prepared.steps.time[first:last])
-        pieces.append(_piece(prepared, result, first, last, wanted))
+        with _told_when(first, last, prepared.steps.time):
+            pieces.append(_piece(prepared, result, first, last, wanted))
         if progress is not None:
             progress(last, len(steps))
     return pieces, spent
+
+
+@contextmanager
+def _told_when(first: int, last: int, time: FloatArray) -> Iterator[None]:
+    """A plugin's fault is told with the stretch of the run in which it came."""
+    try:
+        yield
+    except PluginError as error:
+        if " t = " not in error.message:
+            error.message += f" (steps {first + 1} to {last}, t = {time[first]:g} to {time[last - 1]:g} s)"
+        raise
+
+
+def _refuse_too_long(prepared: Prepared) -> None:
+    """ConfigError where the result does not fit into memory."""
+    plan, steps = prepared.plan, len(prepared.steps)
+    n, outputs = len(plan.states), sum(len(o.components) for o, _ in plan.outputs)
+    rows = sum(m.rows for m in plan.measurements)
+    numbers = 4 * n + 4 * outputs + 3 * rows + 6 * len(plan.measurements)
+    text = f"the results of {steps} steps of {n} states"
+    refuse_too_large(2.0 * 8.0 * steps * numbers, text, "shorten the record, or run it in parts")
+
+
+def chunk_length(states: int) -> int:
+    """Steps that are run at once: memory stays bounded however many states there are."""
+    return max(1, min(LONGEST_CHUNK, CHUNK_NUMBERS // max(1, states * states)))
 
 
 def covariance_steps(count: int, samples: int) -> NDArray[np.int64]:

@@ -7,7 +7,14 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, Strict, model_validator
 
-from estimfw.config.generic.values import not_negative, numbers_in, product_unit, refuse_odd_units, refuse_twice
+from estimfw.config.generic.values import (
+    not_negative,
+    numbers_in,
+    product_unit,
+    refuse_odd_units,
+    refuse_too_many_states,
+    refuse_twice,
+)
 from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Names, Settings, Site
 from estimfw.model.coefficient import constant, identity
@@ -42,6 +49,7 @@ class _BlockConfig(Settings):
     def _numbers(self) -> Self:
         refuse_odd_units(self.unit, self.display_unit)
         refuse_twice(self.axes, "axes")
+        refuse_too_many_states(len(self.names()))
         self.sigmas()
         self.means()
         return self

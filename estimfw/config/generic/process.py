@@ -36,7 +36,7 @@ def couple(name: str, cfg: CoupleConfig, context: Any) -> ProcessParts:
     target = context.block(cfg.target)
     columns = context.width(cfg.source)
     try:
-        coefficient = coefficient_of(cfg.coefficient, len(target.all_axes), columns, f"process.{name}")
+        coefficient = coefficient_of(cfg.coefficient, len(target.all_axes), columns, f"{cfg.source} -> {cfg.target}")
     except ValueError as error:
         raise ConfigError(str(error), within=("coefficient",)) from error
     frame = cfg.frame if cfg.frame is not None else target.frame

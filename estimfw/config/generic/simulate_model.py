@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, Strict
 
 from estimfw.config.types import Settings, Site, positive_quantity
+from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Record, Stream, Truth
 from estimfw.data.timeline import Steps, Wanted, merged_steps
 from estimfw.errors import ConfigError
@@ -66,6 +67,7 @@ class ModelSimulation:
             if name not in {m.name for m in plan.measurements}:
                 hint = did_you_mean(name, (m.name for m in plan.measurements))
                 raise ConfigError(f"source.rates names no measurement: {name!r}", hint=hint)
+        self._refuse_too_long(plan)
         seeds = np.random.SeedSequence(self.cfg.seed).spawn(2)
         process, reading = (np.random.default_rng(s) for s in seeds)
         times = {m.name: self._times(m) for m in plan.measurements}
@@ -78,6 +80,12 @@ class ModelSimulation:
         truth = Truth(steps.time, {f"state:{label}": states[:, i] for i, label in enumerate(plan.states)})
         attributes = {"source": "simulate_model", "seed": self.cfg.seed}
         return Record(streams, truth, initial={"time": np.array(0.0)}, attributes=attributes)
+
+    def _refuse_too_long(self, plan: Plan) -> None:
+        counts = {m.name: self.cfg.duration * self.cfg.rates.get(m.name, self.cfg.rate) for m in plan.measurements}
+        steps, n = sum(counts.values()), len(plan.states)
+        needed = 8.0 * (steps * (5 * n + 4) + sum(counts[m.name] * (4 * m.rows + 2) for m in plan.measurements))
+        refuse_too_large(needed, f"{steps:.3g} steps of {n} states", "a shorter `duration` or a lower `rate`")
 
     def _times(self, m: MeasurementPlan) -> FloatArray:
         rate = float(self.cfg.rates.get(m.name, self.cfg.rate))

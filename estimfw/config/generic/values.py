@@ -8,11 +8,24 @@ from pydantic_core import PydanticCustomError
 
 from estimfw.config.quantity_types import refuse
 from estimfw.config.unit_examples import examples_of
+from estimfw.data.memory import refuse_too_large
 from estimfw.errors import ConfigError
 from estimfw.units.quantity import parse_quantity
 from estimfw.units.unit_text import parse_unit
 
-__all__ = ["as_config_error", "not_negative", "numbers_in", "product_unit", "refuse_odd_units", "refuse_twice"]
+__all__ = [
+    "STATE_BYTES",
+    "as_config_error",
+    "not_negative",
+    "numbers_in",
+    "product_unit",
+    "refuse_odd_units",
+    "refuse_too_many_states",
+    "refuse_twice",
+]
+
+#: A pair of states costs so many bytes before the run: the prior as numbers, F, D and their products.
+STATE_BYTES = 400.0
 
 
 def numbers_in(
@@ -55,9 +68,19 @@ def not_negative(numbers: Sequence[float], values: object, what: str) -> None:
 
 def refuse_twice(names: Sequence[str], key: str) -> None:
     """Refuse a name that stands twice in the list ``key``."""
+    seen: set[str] = set()
     for i, name in enumerate(names):
-        if name in names[:i]:
+        if name in seen:
             refuse(f"{name!r} stands twice", "each needs a name of its own", (key, i))
+        seen.add(name)
+
+
+def refuse_too_many_states(count: int) -> None:
+    """Refuse a block whose covariance alone fills the memory."""
+    try:
+        refuse_too_large(STATE_BYTES * count * count, f"{count} states", "fewer `axes`")
+    except ConfigError as error:
+        refuse(error.message, error.hint, "axes")
 
 
 def refuse_odd_units(unit: str, display_unit: str) -> None:

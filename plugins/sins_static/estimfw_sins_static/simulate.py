@@ -26,6 +26,7 @@ from estimfw.config.types import (
     positive_quantity,
     quantity_vector,
 )
+from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Record, Stream, Truth
 from estimfw.errors import ConfigError
 from estimfw.model.nominal import InitialNominal
@@ -93,6 +94,7 @@ class Simulation:
         count = round(cfg.duration * cfg.rate)
         if count < 1:
             raise ConfigError(f"source: {cfg.duration:g} s at {cfg.rate:g} Hz is not even one sample")
+        refuse_too_large(8.0 * 120.0 * count, f"{count:.3g} samples of an IMU", "a shorter `duration` or a lower `rate`")
         time = dt * np.arange(1, count + 1, dtype=np.float64)
         edges, middles = self._attitude(dt * np.arange(count + 1, dtype=np.float64)), self._attitude(time - 0.5 * dt)
         dtheta, dvel = ideal_increments(edges, middles, self.site, dt)
