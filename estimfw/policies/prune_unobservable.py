@@ -53,6 +53,7 @@ class PruneUnobservable:
                 hint="protect fewer blocks",
             )
         after = without_states(model, [model.states[i] for i in chosen])
+        _refuse_unobservable_rest(after, [model.states[i] for i in chosen], reference)
         measures = tuple(
             Measure(f"{model.states[i]} keeps, of its prior sigma,", round(float(found.degree[i]), 6), "")
             for i in chosen
@@ -62,3 +63,13 @@ class PruneUnobservable:
             "of the observable part; what they do is taken up by those that stay, whose sigma does not include it"
         )
         return after, compare(self.label, "approximate", model, after, condition, measures=measures)
+
+
+def _refuse_unobservable_rest(after: Model, gone: list[str], reference: Mapping[str, FloatArray]) -> None:
+    """Constants can be deleted one for each unobservable direction; of states that others drive that need not be enough."""
+    rank = model_observability(after, reference).rank
+    if rank < len(after.states):
+        raise ConfigError(
+            f"prune_unobservable: without {', '.join(gone)} the rest is unobservable still (rank {rank} of {len(after.states)})",
+            hint="states that stay drive the deleted ones: choose with drop_states instead, or protect them",
+        )
