@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,8 @@ import click
 from estimfw.cli.opening import config_arguments, open_problem, say
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from estimfw.run.run import Collected, Progress
 
 __all__ = ["command"]
@@ -41,25 +43,43 @@ def command(
 
     problem = open_problem(config, overrides)
     folder = output if output is not None or as_json else Path("results") / config.stem
-    if folder is not None:
-        with output_folder(folder, ["result.nc", "summary.json", "report.html"], force=force):
-            with _progress(as_json) as progress:
-                done = run_problem(problem, progress)
-            dataset = result_dataset(done)
-            written = _write(dataset, done, folder, force=force, csv=csv, report=report)
-    else:
+    if folder is None:
         with _progress(as_json) as progress:
             done = run_problem(problem, progress)
         dataset, written = result_dataset(done), []
+        shown = dataset if at is None else until(dataset, at)
+    else:
+        with output_folder(folder, _names(csv=csv, report=report), force=force):
+            with _progress(as_json) as progress:
+                done = run_problem(problem, progress)
+            dataset = result_dataset(done)
+            shown = dataset if at is None else until(dataset, at)
+            with _busy("writing the result", as_json):
+                written = _write(dataset, done, folder, force=force, csv=csv, report=report)
     if as_json:
         click.echo(json.dumps(answer(dataset, at=at) | {"timing": _timing(done)}, allow_nan=False))
         return
     from estimfw.cli.opening import console
     from estimfw.report.terminal import print_result
 
-    print_result(dataset if at is None else until(dataset, at), written, console())
-    t = done.timing
-    say(f"{len(done.prepared.steps)} steps with the {done.prepared.scan.name} kernel: {t.filter:.2f} s", style="dim")
+    print_result(shown, console(), at_end=at is None)
+    _say_done(done, folder, written)
+
+
+def _names(*, csv: bool, report: bool) -> list[str]:
+    """What must not be there yet, before the filter runs for nothing."""
+    return ["result.nc", "summary.json", *(["outputs.csv"] if csv else []), *(["report.html"] if report else [])]
+
+
+def _say_done(done: Collected, folder: Path | None, written: Sequence[Path]) -> None:
+    say("")
+    steps, kernel = len(done.prepared.steps), done.prepared.scan.name
+    say(f"{steps} steps with the {kernel} kernel: {done.timing.filter:.2f} s", style="dim")
+    pictures = sum(path.suffix == ".png" for path in written)
+    names = [path.name for path in written if path.suffix != ".png"]
+    names += [f"{pictures} pictures in {Path('figures')}/"] if pictures else []
+    if folder is not None:
+        say(f"wrote {', '.join(names)} into {folder}")
 
 
 def _write(dataset: Any, done: Collected, folder: Path, *, force: bool, csv: bool, report: bool) -> list[Path]:
@@ -87,10 +107,8 @@ def _timing(done: Collected) -> dict[str, float]:
 @contextmanager
 def _progress(quiet: bool) -> Iterator[Progress | None]:
     """A rich bar on standard error where that is a terminal."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
+    console = _terminal(quiet)
+    if console is None:
         yield None
         return
     from rich.progress import Progress as Bar
@@ -98,3 +116,21 @@ def _progress(quiet: bool) -> Iterator[Progress | None]:
     with Bar(console=console, transient=True) as bar:
         task = bar.add_task("filtering", total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def _busy(text: str, quiet: bool) -> Iterator[None]:
+    """A sign of life on standard error where that is a terminal."""
+    console = _terminal(quiet)
+    if console is None:
+        yield
+        return
+    with console.status(text):
+        yield
+
+
+def _terminal(quiet: bool) -> Console | None:
+    from rich.console import Console
+
+    made = Console(stderr=True)
+    return None if quiet or not made.is_terminal else made

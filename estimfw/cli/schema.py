@@ -20,18 +20,28 @@ FILE_NAME = "filter.schema.json"
     "--check", "checked", type=click.Path(path_type=Path, file_okay=False), is_flag=False, flag_value=Path("schemas"),
     help="Compare with the file in a folder (schemas/ if none is named); exit 3 where it is stale.",
 )  # fmt: skip
-def command(folder: Path | None, checked: Path | None) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON; the schema itself is JSON anyway.")
+def command(folder: Path | None, checked: Path | None, as_json: bool) -> None:
     """Print the JSON Schema of configs; editors use it to complete and check."""
     text = _schema_text()
-    if checked is not None:
-        _check(checked / FILE_NAME, text)
-    if folder is not None:
-        from estimfw.run.files import write_text
-
-        folder.mkdir(parents=True, exist_ok=True)
-        click.echo(f"wrote {write_text(folder / FILE_NAME, text, force=True)}", err=True)
     if folder is None and checked is None:
         click.echo(text, nl=False)
+        return
+    told = [f"{_check(checked / FILE_NAME, text)} is up to date"] if checked is not None else []
+    told += [f"wrote {_write(folder, text)}"] if folder is not None else []
+    if as_json:
+        files = [str(place / FILE_NAME) for place in (checked, folder) if place is not None]
+        click.echo(json.dumps({"ok": True, "files": files}))
+        return
+    for line in told:
+        click.echo(line, err=True)
+
+
+def _write(folder: Path, text: str) -> Path:
+    from estimfw.run.files import write_text
+
+    folder.mkdir(parents=True, exist_ok=True)
+    return write_text(folder / FILE_NAME, text, force=True)
 
 
 def _schema_text() -> str:
@@ -41,7 +51,7 @@ def _schema_text() -> str:
     return json.dumps(filter_schema(installed_components()), indent=2, sort_keys=True, ensure_ascii=False) + "\n"
 
 
-def _check(path: Path, text: str) -> None:
+def _check(path: Path, text: str) -> Path:
     from estimfw.errors import ConfigError, Location
 
     try:
@@ -54,4 +64,4 @@ def _check(path: Path, text: str) -> None:
             location=Location(str(path)),
             hint=f"run 'estimfw schema --write {path.parent}'",
         )
-    click.echo(f"{path} is up to date", err=True)
+    return path

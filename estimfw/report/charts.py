@@ -24,9 +24,8 @@ __all__ = ["charts_of"]
 ROWS = 6
 """Panels of one chart: more do not fit on a page."""
 
-FOCUS_NOTE = (
-    "Where the start would hide the rest, the vertical axis leaves the first fifth of the run out of its range."
-)
+FOCUS_NOTE = "Some vertical axes leave out how the run starts, so that its end can be seen."
+ANGLE_NOTE = "Angles are drawn without jumps: a curve may go beyond its range by a whole turn (361 deg is 1 deg)."
 
 
 def charts_of(dataset: xr.Dataset, limit: int) -> tuple[Chart, ...]:
@@ -57,7 +56,9 @@ def _axis_charts(dataset: xr.Dataset, axis: Axis, scale: TimeScale, limit: int) 
     for group in groups:
         name = group[0].group
         panels = tuple(_value_panel(one, time, limit) for one in group)
-        yield Chart(f"{axis}s_{slug(name)}", f"{axis}s", _heading(name), scale.unit, panels, _note(panels))
+        turned = any(one.is_unwrapped for one in group)
+        note = f"{_note(panels)} {ANGLE_NOTE if turned else ''}".strip()
+        yield Chart(f"{axis}s_{slug(name)}", f"{axis}s", _heading(name), scale.unit, panels, note)
     for group in groups:
         name = group[0].group
         panels = tuple(_error_panel(one, time, limit) for one in group)
@@ -76,7 +77,7 @@ def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
         one.unit,
         tuple(curves),
         _bands(time, lower, upper),
-        view=focused((time, value), (time, lower), (time, upper)),
+        view=focused((time, value), (time, lower), (time, upper), (time, truth)),
     )
 
 
@@ -106,7 +107,7 @@ def _sigma_panel(group: tuple[Series, ...], time: FloatArray, limit: int) -> Pan
     for place, (one, colour) in enumerate(zip(group, SERIES, strict=False)):
         sigma = one.sigma
         thin_time, (positive,) = thinned(time, (np.where(sigma > 0, sigma, np.nan),), limit)
-        curves.append(Curve(one.label, thin_time, positive, colour, "dashed" if place % 2 else "line"))
+        curves.append(Curve(one.member, thin_time, positive, colour, "dashed" if place % 2 else "line"))
     return Panel(f"σ of {group[0].group}", group[0].unit, tuple(curves), logarithmic=True)
 
 

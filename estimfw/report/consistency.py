@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from estimfw.data.record import FloatArray
-from estimfw.report.palette import BAND, ROLES
+from estimfw.report.chi_square import quantile
+from estimfw.report.judgement import nis_verdict
+from estimfw.report.palette import BAND, BAND_INNER, ROLES
 from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinned
 from estimfw.report.timescale import TimeScale
 from estimfw.run.result_names import DISPOSITIONS, measurement_attribute
-from estimfw.run.summary import nis_freedom
+from estimfw.run.summary import measurement_summaries, nis_freedom
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,12 +33,18 @@ def innovation_chart(dataset: xr.Dataset, name: str, scale: TimeScale, limit: in
     panels: list[Panel] = []
     if f"{name}_innovation" in dataset:
         for column, row in enumerate(dataset[f"{name}_innovation"].to_numpy().T):
-            label = str(dataset[f"{name}_row"].to_numpy()[column]) if f"{name}_row" in dataset else str(column + 1)
+            label = _row_label(dataset, name, column)
             band = _innovation_band(dataset, name, column, time, limit)
             view = focused((time, row), *(((band.time, band.lower), (band.time, band.upper)) if band else ()))
             curves = _by_disposition(time, np.asarray(row, dtype=np.float64), codes, limit)
             panels.append(Panel(label, unit, curves, (band,) if band else (), view=view))
     return Chart(f"innovations_{slug(name)}", "innovations", f"{name}: innovations", scale.unit, tuple(panels))
+
+
+def _row_label(dataset: xr.Dataset, name: str, column: int) -> str:
+    """Such as ``zero_velocity[E]``; the name alone where the measurement has one unnamed row."""
+    row = str(dataset[f"{name}_row"].to_numpy()[column]) if f"{name}_row" in dataset else str(column + 1)
+    return name if row == name else f"{name}[{row}]"
 
 
 def nis_chart(dataset: xr.Dataset, name: str, scale: TimeScale, limit: int) -> Chart:
@@ -52,9 +59,8 @@ def nis_chart(dataset: xr.Dataset, name: str, scale: TimeScale, limit: int) -> C
     panels = [_nis_panel(nis, time, codes, freedom, limit)] if np.isfinite(nis).any() else []
     if counted.any():
         panels.append(_mean_panel(nis[counted], time[counted], freedom[counted], window, limit))
-    note = (
-        f"The mean is over the last {window} fused epochs. A consistent filter has it in the 95 % band 19 times in 20."
-    )
+    verdict = next(nis_verdict(one).sentence for one in measurement_summaries(dataset) if one.name == name)
+    note = f"{verdict} Below, the mean of {window} epochs: a consistent filter has it in the 95 % band 19 times in 20."
     return Chart(f"nis_{slug(name)}", "nis", f"{name}: normalised innovation squared", scale.unit, tuple(panels), note)
 
 
@@ -69,7 +75,7 @@ def _nis_panel(
     known = freedom[freedom > 0]
     usual = int(np.median(known)) if known.size else 1
     degrees = np.where(freedom > 0, freedom, usual)
-    outer, inner = chi_square_bound(0.99, degrees), chi_square_bound(0.95, degrees)
+    outer, inner = quantile(0.99, degrees), quantile(0.95, degrees)
     bound_time, (inner, outer) = thinned(time, (inner, outer), limit)
     curves = (
         *_by_disposition(time, nis, codes, limit),
@@ -93,23 +99,16 @@ def _mean_panel(nis: FloatArray, time: FloatArray, freedom: NDArray[np.int64], w
     means, expected = _trailing_mean(nis, window), _trailing_mean(freedom.astype(np.float64), window)
     time, (means, expected) = thinned(time[window - 1 :], (means, expected), limit)
     degrees = np.round(expected * window).astype(np.int64)
-    bounds = [chi_square_bound(level, degrees) / window for level in (0.005, 0.025, 0.975, 0.995)]
+    bounds = [quantile(level, degrees) / window for level in (0.005, 0.025, 0.975, 0.995)]
     bands = (
         Band("99 % of means", time, bounds[0], bounds[3], BAND),
-        Band("95 % of means", time, bounds[1], bounds[2], BAND),
+        Band("95 % of means", time, bounds[1], bounds[2], BAND_INNER),
     )
     curves = (
         Curve(f"mean of {window}", time, means, ROLES["mean"]),
         Curve("expected", time, expected, ROLES["truth"], "dashed"),
     )
     return Panel(f"mean of the last {window}", "NIS", curves, bands, logarithmic=True)
-
-
-def chi_square_bound(probability: float, freedom: NDArray[np.int64]) -> FloatArray:
-    """Quantiles of chi-square (N,) for degrees of freedom (N,), each different one computed once."""
-    distinct, place = np.unique(freedom, return_inverse=True)
-    bounds = np.asarray(chi2.ppf(probability, distinct), dtype=np.float64)
-    return np.take(bounds, place)
 
 
 def _trailing_mean(values: FloatArray, window: int) -> FloatArray:

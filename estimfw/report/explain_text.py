@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -13,11 +14,17 @@ from estimfw.analysis.directions import undetectable_directions
 from estimfw.config.compose import Problem
 from estimfw.model.model import Model
 from estimfw.model.parts import NoiseInput, StateBlock
+from estimfw.report.equations import dynamics, observations
 from estimfw.report.explain import stages
+from estimfw.report.numbers import measured
 from estimfw.units.display import display_unit
 from estimfw.units.unit_text import parse_unit
 
 __all__ = ["explanation"]
+
+TITLE = "bold cyan"
+KINDS = {"exact": "green", "mirrored": "green", "approximate": "yellow"}
+"""Colours of the kinds of a change."""
 
 
 def explanation(problem: Problem) -> Iterator[RenderableType]:
@@ -25,34 +32,56 @@ def explanation(problem: Problem) -> Iterator[RenderableType]:
     model = problem.model
     yield Text(problem.config.name or "filter", style="bold")
     yield _states(problem)
+    yield _equations("equations", "d/dt", dynamics(model))
+    yield _equations("measurements", "", observations(model))
+    yield _measurements(model)
     yield _terms(model)
     yield _noises(model)
-    yield _measurements(model)
     if problem.changes:
         yield _policies(problem)
     if problem.checks:
         yield _equivalence(problem)
     yield _ranks(problem)
-    directions = undetectable_directions(model, problem.reference)
-    if directions:
-        yield Text("not determined by the measurements, whatever the time:", style="yellow")
-        yield from (Text(f"  {d}") for d in directions)
+    yield _verdicts(problem)
+
+
+def _verdicts(problem: Problem) -> RenderableType:
+    """What the measurements cannot tell, and whether matrices are computed once."""
+    directions = undetectable_directions(problem.model, problem.reference)
+    lines = [Text(f"  {direction}") for direction in directions]
+    if lines:
+        lines.insert(0, Text("not determined by the measurements, whatever the time:", style="yellow"))
     word = "time-invariant" if problem.plan.time_invariant else "time-varying"
-    yield Text.assemble((f"{word}: ", "bold"), problem.plan.reason)
-    yield Text(f"discretisation: {problem.plan.discretisation.describe()}")
+    lines.append(Text.assemble((f"{word}: ", "bold"), problem.plan.reason))
+    lines.append(Text.assemble(("discretisation: ", "bold"), problem.plan.discretisation.describe()))
+    return Group("", *lines)
 
 
-def _table(title: str, *columns: str) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold cyan", header_style="bold", expand=False)
+def _table(title: str, *columns: str, whole: int = 1) -> Table:
+    """A table without lines; the first ``whole`` columns are never broken."""
+    table = Table(
+        title=Text(f"\n{title}", style=TITLE), title_justify="left", header_style="dim", box=None, padding=(0, 2, 0, 0)
+    )
     for position, column in enumerate(columns):
-        table.add_column(column, overflow="fold", no_wrap=position == 0)
+        table.add_column(column, no_wrap=position < whole, overflow="fold")
     return table
+
+
+def _equations(title: str, prefix: str, lines: list[tuple[str, str]]) -> RenderableType:
+    """One line for each equation; a long one goes on below its right side."""
+    grid = Table.grid(padding=(0, 1, 0, 0))
+    grid.add_column(no_wrap=True)
+    grid.add_column()
+    grid.add_column()
+    for left, right in lines:
+        grid.add_row(Text(f"{prefix} {left}".strip()), "=", Text(right))
+    return Group(Text(f"\n{title}", style=TITLE), grid)
 
 
 def _states(problem: Problem) -> Table:
     model = problem.model
     sigma = np.sqrt(np.maximum(np.diag(model.prior.evaluate(problem.reference)[1]), 0.0))
-    table = _table(f"{len(model.states)} states", "state", "frame", "prior sigma", "equation")
+    table = _table(f"{len(model.states)} states", "state", "frame", "prior sigma", "driven by the terms", whole=3)
     for block in model.blocks:
         scale = _scale(block)
         for label in block.labels:
@@ -80,7 +109,7 @@ def _couplings(model: Model, row: int) -> list[str]:
 
 
 def _terms(model: Model) -> Table:
-    table = _table("process terms", "label", "acts on", "from", "equation", "needs")
+    table = _table("process terms", "label", "acts on", "from", "equation", "needs", whole=3)
     for term in model.terms:
         needs = ", ".join(sorted(model.term_matrix(term).needs)) or "constants"
         table.add_row(term.label, term.target, term.source, term.text, needs)
@@ -102,7 +131,7 @@ def _density(noise: NoiseInput) -> list[str]:
 
 
 def _measurements(model: Model) -> Table:
-    table = _table("measurements", "measurement", "rows", "reads", "noise", "kind")
+    table = _table("measurement noise", "measurement", "rows", "reads", "noise", "kind")
     for m in model.measurements:
         sigma = np.sqrt(np.diag(model.R(m.name)))
         unit = m.unit + ("/sqrt(Hz)" if m.noise == "density" else "")
@@ -112,21 +141,26 @@ def _measurements(model: Model) -> Table:
     return table
 
 
-def _policies(problem: Problem) -> Table:
-    table = _table("policies, in order", "policy", "kind", "states", "removed", "why it holds")
-    for change in problem.changes:
+def _policies(problem: Problem) -> RenderableType:
+    """A paragraph for each policy, since what it says does not fit into a cell."""
+    parts: list[RenderableType] = [Text("\npolicies, in order", style=TITLE)]
+    for number, change in enumerate(problem.changes, start=1):
+        head = Text.assemble(f"{number}. ", (change.policy, "bold"), "  ", (change.kind, KINDS[change.kind]))
+        parts.append(head.append(f"  {len(change.before)} -> {len(change.after)} states"))
         removed = [*change.removed_states, *change.removed_terms, *change.removed_rows, *change.removed_noises]
-        numbers = "".join(f"\n{m}" for m in change.measures)
-        counts = f"{len(change.before)} -> {len(change.after)}"
-        table.add_row(change.policy, change.kind, counts, ", ".join(removed) or "-", change.condition + numbers)
-    return table
+        told = [f"removes {', '.join(removed)}"] if removed else []
+        told += [change.condition, *(measured(m.name, m.value, m.unit) for m in change.measures)]
+        parts += [Padding(Text(line), (0, 0, 0, 3)) for line in told]
+    return Group(*parts)
 
 
 def _equivalence(problem: Problem) -> Table:
-    table = _table("equivalence of model and nominal", "operation", "mirror", "in model", "setting", "computed", "")
+    table = _table(
+        "equivalence of model and nominal", "operation", "mirrored by", "in model", "computed", "setting", ""
+    )
     for c in problem.checks:
         verdict = Text("equivalent", style="green") if c.equivalent else Text("MISMATCH", style="bold red")
-        table.add_row(c.operation, c.mirror, _yes(c.in_model), c.setting, _yes(c.computed), verdict)
+        table.add_row(c.operation, c.mirror, _yes(c.in_model), _yes(c.computed), c.setting, verdict)
     return table
 
 
@@ -135,7 +169,7 @@ def _yes(value: bool) -> str:
 
 
 def _ranks(problem: Problem) -> Table:
-    table = _table("observability at the initial nominal", "model", "states", "rank")
+    table = _table("observability", "model", "states", "rank at the initial nominal")
     for stage in stages(problem):
         table.add_row(stage.name, str(stage.states), str(stage.rank))
     return table

@@ -19,6 +19,9 @@ ROW, HEAD, FOOT, GAP = 190, 54, 52, 62
 RESOLVED = 1e-3
 """A range this small against its distance from zero needs more than the seven digits of a float32."""
 
+LINEAR = 0.7
+"""Decades below which a logarithmic axis looks like a linear one."""
+
 DASHES = {"line": "solid", "dashed": "dash"}
 
 
@@ -69,23 +72,18 @@ def _frame(chart: Chart) -> dict[str, Any]:
 def _vertical_axis(panel: Panel, bottom: float, top: float) -> dict[str, Any]:
     axis: dict[str, Any] = {"domain": [bottom, min(1.0, top)], "title": {"text": escape(panel.unit)}}
     if panel.logarithmic:
-        axis |= {"type": "log", "tickformat": "~g"} | ({"dtick": _log_step(panel)} if _decades(panel) > 1 else {})
+        axis |= {"type": "log", "tickformat": "~g", **_log_ticks(panel)}
     if panel.view:
         low, high = (float(np.log10(end)) if panel.logarithmic else end for end in panel.view)
         axis["range"] = [low, high]
     return axis
 
 
-def _decades(panel: Panel) -> float:
-    """How many powers of ten the panel shows."""
-    values = np.concatenate([curve.values for curve in panel.curves])
-    low, high = panel.view or (np.nanmin(values), np.nanmax(values))
-    return float(np.log10(high / low))
-
-
-def _log_step(panel: Panel) -> str | int:
-    """Ticks at 1, 2, 5 over few decades, at powers of ten over many."""
-    return "D2" if _decades(panel) < 2 else max(1, round(_decades(panel) / 5))
+def _log_ticks(panel: Panel) -> dict[str, Any]:
+    """Few round ticks within a decade, at 1, 2, 5 over few decades, at powers of ten over many."""
+    if panel.decades < LINEAR:
+        return {"nticks": 5}
+    return {"dtick": "D2" if panel.decades < 2 else max(1, round(panel.decades / 5))}
 
 
 def _title(panel: Panel, top: float) -> dict[str, Any]:

@@ -50,5 +50,7 @@ def _kind(column: int, content: Table) -> str:
 
 def _cell(cell: Cell, column: int, content: Table) -> str:
     text = f'<span class="tone {cell.tone}">{escape(cell.text)}</span>' if cell.tone else escape(cell.text)
-    kind = ' class="long"' if len(cell.text) > LONG and column else _kind(column, content)
+    longest = max(map(len, cell.text.splitlines()), default=0)
+    length = ' class="long"' if longest > LONG else ' class="short"' if "\n" not in cell.text else ""
+    kind = _kind(column, content) or (length if column else "")
     return f"<td{kind}>{text}</td>"

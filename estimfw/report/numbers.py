@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["UNKNOWN", "count", "plain", "plus_minus", "significant"]
+__all__ = ["UNKNOWN", "count", "measured", "plain", "plus_minus", "significant"]
 
 UNKNOWN = "–"
 SMALLEST, LARGEST = 1e-4, 1e7
@@ -20,7 +20,7 @@ def plus_minus(value: float, sigma: float) -> tuple[str, str]:
     if sigma < SMALLEST or sigma >= LARGEST:
         return significant(value, 4), significant(sigma, 2)
     decimals = max(0, 1 - math.floor(math.log10(float(f"{sigma:.1e}"))))
-    return (f"{value:.{decimals}f}" if math.isfinite(value) else UNKNOWN), f"{sigma:.{decimals}f}"
+    return (_fixed(value, decimals) if math.isfinite(value) else UNKNOWN), f"{sigma:.{decimals}f}"
 
 
 def significant(value: float, digits: int) -> str:
@@ -29,8 +29,9 @@ def significant(value: float, digits: int) -> str:
         return UNKNOWN
     if value != 0 and not SMALLEST <= abs(value) < LARGEST:
         return f"{value:.{digits - 1}e}"
-    decimals = digits - 1 - (math.floor(math.log10(abs(value))) if value else 0)
-    return f"{value:.{max(0, decimals)}f}"
+    rounded = float(f"{value:.{digits - 1}e}")
+    decimals = digits - 1 - (math.floor(math.log10(abs(rounded))) if rounded else 0)
+    return _fixed(value, max(0, decimals))
 
 
 def plain(value: float) -> str:
@@ -41,3 +42,15 @@ def plain(value: float) -> str:
 def count(number: int) -> str:
     """A whole number with thin spaces between thousands."""
     return f"{number:,}".replace(",", "\u2009")
+
+
+def measured(name: str, value: float, unit: str) -> str:
+    """A named number in a sentence: ``drift of gyro_bias 0 rad/s``; "SI" for a unit that depends on the case."""
+    shown = "in SI units" if unit == "SI" else unit
+    return f"{name} {value:.3g} {shown if value or unit != 'SI' else ''}".strip()
+
+
+def _fixed(value: float, decimals: int) -> str:
+    """Without the sign of what rounds to zero."""
+    text = f"{value:.{decimals}f}"
+    return text.removeprefix("-") if float(text) == 0 else text

@@ -14,6 +14,7 @@ from plotly.offline import get_plotlyjs
 from estimfw.report.charts import charts_of
 from estimfw.report.headline import Headline, headlines
 from estimfw.report.interactive import height_of, plotly_figure
+from estimfw.report.judgement import nis_verdict, sigma_caveat
 from estimfw.report.markup import data_block, facts, note, table
 from estimfw.report.numbers import count, plain
 from estimfw.report.palette import DARK_TWIN
@@ -23,7 +24,6 @@ from estimfw.report.tables import (
     end_table,
     equivalence_table,
     event_table,
-    nis_verdict,
     policy_table,
 )
 from estimfw.run.result_names import measurement_names
@@ -37,6 +37,18 @@ __all__ = ["page"]
 EVENTS_SHOWN = 1000
 DATA_BYTES = 3_800_000
 """For the curves of a page; plotly.js itself takes 4.8 MB of the 10."""
+
+INNOVATIONS = "What was measured minus what the filter predicted, and the ±3σ in which it expects that to lie."
+NIS = (
+    "NIS is the squared innovation in units of the covariance that the filter predicts for it; on average it should be the "
+    "number of measured components. It judges innovations alone: what the measurements do not see can still be wrong."
+)
+LOOPS = {
+    "open": "Open loop: the nominal (the mechanization) runs on undisturbed. Error states are what it is wrong by, however "
+    "much that grows; the outputs are corrected by them.",
+    "closed": "Closed loop: estimated errors are fed back into the nominal (the mechanization) at every step, so error "
+    "states that it can take stay near zero. Their bands are the uncertainty of the corrected nominal.",
+}
 
 POLICY = "; ".join(
     (
@@ -94,23 +106,30 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
     for chart in charts:
         by_section.setdefault(chart.section, []).append(chart)
 
-    def drawn(key: str, title: str) -> Section:
+    def drawn(key: str, title: str, told: str = "") -> Section:
         body = "".join(_chart(chart, title) for chart in by_section.get(key, ()))
-        return Section(key.replace("_", "-"), title, body)
+        return Section(key.replace("_", "-"), title, (note(told) if told and body else "") + body)
 
     yield Section("headline", "At the end", _headline_cards(headlines(dataset)) + table(end_table(dataset)))
     yield drawn("outputs", "Convergence of the outputs")
     yield drawn("output_errors", "Errors of the outputs")
-    yield drawn("states", "States")
+    yield drawn("states", "States", _loop_note(dataset))
     yield drawn("state_errors", "Errors of the states")
     yield drawn("sigmas", "Standard deviations")
-    yield drawn("innovations", "Innovations")
-    yield drawn("nis", "Consistency (NIS)")
+    yield drawn("innovations", "Innovations", INNOVATIONS)
+    yield drawn("nis", "Consistency (NIS)", NIS)
     yield Section("dispositions", "What became of the measurements", table(disposition_table(dataset)))
     yield Section("events", "Events", table(event_table(dataset, EVENTS_SHOWN)))
     yield Section("policies", "Policies", table(policy_table(dataset)))
     yield Section("equivalence", "Equivalence of model and mechanization", table(equivalence_table(dataset)))
     yield Section("provenance", "Provenance", _provenance(dataset))
+
+
+def _loop_note(dataset: xr.Dataset) -> str:
+    """Why error states grow or stay at zero, where there is a nominal that they are the errors of."""
+    if not json_attribute(dataset, "equivalence", []):
+        return ""
+    return LOOPS.get(str(json_attribute(dataset, "provenance", {}).get("loop")), "")
 
 
 def _contents(sections: Iterable[Section]) -> str:
@@ -128,7 +147,7 @@ def _header(dataset: xr.Dataset, title: str) -> str:
     chips = "".join(f'<span class="chip {tone}">{escape(text)}</span>\n' for text, tone in _chips(dataset))
     return (
         f"<header>\n<h1>{escape(title)}</h1>\n<p>{escape(' · '.join(told))}</p>\n"
-        f'<div class="chips">\n{chips}</div>\n{_mismatches(dataset)}</header>\n'
+        f'<div class="chips">\n{chips}</div>\n{_mismatches(dataset)}{_caveat(dataset)}</header>\n'
     )
 
 
@@ -150,6 +169,11 @@ def _mismatches(dataset: xr.Dataset) -> str:
         f"<li><code>{escape(str(e.get('operation')))}</code>: {escape(str(e.get('text')))}</li>" for e in entries
     )
     return f'<div class="banner"><strong>Model and mechanization do not match.</strong><ul>{lines}</ul></div>\n'
+
+
+def _caveat(dataset: xr.Dataset) -> str:
+    text = sigma_caveat(dataset)
+    return f'<div class="banner caveat">{escape(text)}</div>\n' if text else ""
 
 
 def _headline_cards(lines: Iterable[Headline]) -> str:
@@ -201,7 +225,8 @@ def _flat(name: str, value: Any) -> Iterator[tuple[str, str]]:
     elif isinstance(value, list):
         yield name, ", ".join(str(item) for item in value)
     elif value is not None:
-        yield name, f"{value:.6g}" if isinstance(value, float) else str(value)
+        shown = ("yes" if value else "no") if isinstance(value, bool) else str(value)
+        yield name, f"{value:.6g}" if isinstance(value, float) else shown
 
 
 def _yaml(config: Any) -> str:

@@ -5,7 +5,7 @@ After Okabe and Ito, "Color Universal Design" (2008); the dark twins are the sam
 
 from __future__ import annotations
 
-__all__ = ["BAND", "DARK_TWIN", "INK", "ROLES", "SERIES"]
+__all__ = ["BAND", "BAND_INNER", "DARK_TWIN", "INK", "ROLES", "SERIES"]
 
 INK = "#1b1f24"
 
@@ -14,6 +14,9 @@ SERIES = ("#0072b2", "#d55e00", "#009e73", "#b0578d", "#e69f00", "#56b4e9")
 
 BAND = "#0072b22e"
 """A translucent band of +-3 sigma."""
+
+BAND_INNER = "#0072b240"
+"""A narrower band upon the first."""
 
 ROLES = {
     "value": SERIES[0],
@@ -38,5 +41,6 @@ DARK_TWIN = {
     "#e69f00": "#f2b635",
     "#56b4e9": "#9ad4f7",
     BAND: "#4db2ec38",
+    BAND_INNER: "#4db2ec58",
 }
 """For each colour the one to use on a dark page."""

@@ -16,7 +16,7 @@ from estimfw.report.decimate import kept_rows
 
 __all__ = ["Band", "Chart", "Curve", "Panel", "focused", "slug", "thinned"]
 
-OFF_SCALE = 2.5
+OFF_SCALE = 5.0
 SETTLED = 0.2
 
 
@@ -53,6 +53,14 @@ class Panel:
     logarithmic: bool = False
     view: tuple[float, float] | None = None
 
+    @property
+    def decades(self) -> float:
+        """How many powers of ten a logarithmic panel shows."""
+        edges = [edge for band in self.bands for edge in (band.lower, band.upper)]
+        values = np.concatenate([*(curve.values for curve in self.curves), *edges])
+        low, high = self.view or (np.nanmin(values), np.nanmax(values))
+        return float(np.log10(high / low)) if low > 0 else 0.0
+
     def is_blank(self) -> bool:
         """No curve has a finite value."""
         return not any(np.isfinite(curve.values).any() for curve in self.curves)
@@ -81,7 +89,7 @@ def thinned(time: FloatArray, columns: tuple[FloatArray, ...], limit: int) -> tu
 
 
 def focused(*columns: tuple[FloatArray, FloatArray]) -> tuple[float, float] | None:
-    """A vertical range without the first fifth of the run, where that makes the rest 2.5 times larger or more.
+    """A vertical range without the first fifth of the run, where that makes the rest 5 times larger or more.
 
     ``columns`` are (time, values), (N,) each; N may differ from one to the next.
 

@@ -44,6 +44,11 @@ class Series:
         return re.split(r"[.\[]", self.label)[0]
 
     @property
+    def member(self) -> str:
+        """Its name within the group: ``E``, ``yaw``; the label where it is alone."""
+        return self.label.removeprefix(self.group).strip(".[]") or self.label
+
+    @property
     def unit(self) -> str:
         """The display unit."""
         return str(self.dataset[f"{self.axis}_display_unit"].to_numpy()[self.column])
@@ -73,6 +78,11 @@ class Series:
     def _value(self) -> FloatArray:
         raw = self._raw(0)
         return unwrapped(raw) if self._is_angle else raw
+
+    @property
+    def is_unwrapped(self) -> bool:
+        """Somewhere the curve is drawn a whole turn away from the value in the result."""
+        return self._is_angle and bool(np.nanmax(np.abs(self._value() - self._raw(0)), initial=0) > 1e-6)
 
     @property
     def _scale(self) -> float:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from estimfw.data.record import Event
-from estimfw.report.numbers import UNKNOWN, count, plain, plus_minus, significant
+from estimfw.report.judgement import nis_verdict
+from estimfw.report.numbers import UNKNOWN, count, measured, plain, plus_minus, significant
 from estimfw.run.result_names import DISPOSITIONS
 from estimfw.run.summary import (
     EndValue,
@@ -31,7 +31,6 @@ __all__ = [
     "end_table",
     "equivalence_table",
     "event_table",
-    "nis_verdict",
     "policy_table",
 ]
 
@@ -41,7 +40,7 @@ REMOVED = ("states", "terms", "rows", "noises")
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A text; ``tone`` is ``good``, ``bad``, ``warn`` or empty."""
+    """A text, maybe of several lines; ``tone`` is ``good``, ``bad``, ``warn`` or empty."""
 
     text: str
     tone: str = ""
@@ -90,21 +89,8 @@ def disposition_table(dataset: xr.Dataset) -> Table:
 def _disposition_row(one: MeasurementSummary) -> tuple[Cell, ...]:
     counts = [Cell(count(n), "warn" if n and word != "fused" else "") for word, n in one.counts.items()]
     means = (Cell(significant(one.nis_mean, 3)), Cell(plain(one.freedom)))
-    return (Cell(one.name), Cell(count(one.total)), *counts, *means, nis_verdict(one))
-
-
-def nis_verdict(one: MeasurementSummary) -> Cell:
-    """The mean NIS against the two-sided 99 % bounds of chi-square for all fused epochs together."""
-    fused = one.counts["fused"]
-    if not fused or not np.isfinite(one.nis_mean):
-        return Cell(UNKNOWN)
-    degrees = one.freedom * fused
-    low, high = (float(chi2.ppf(level, degrees)) / fused for level in (0.005, 0.995))
-    if one.nis_mean > high:
-        return Cell("too large: sigmas are too small", "bad")
-    if one.nis_mean < low:
-        return Cell("too small: sigmas are too large", "warn")
-    return Cell("consistent", "good")
+    verdict = nis_verdict(one)
+    return (Cell(one.name), Cell(count(one.total)), *counts, *means, Cell(verdict.text, verdict.tone))
 
 
 def event_table(dataset: xr.Dataset, most: int) -> Table:
@@ -122,50 +108,50 @@ def _event_row(event: Event) -> tuple[Cell, ...]:
 
 
 def policy_table(dataset: xr.Dataset) -> Table:
-    """What each policy did to the model, on what condition, and at what price."""
+    """What each policy did to the model, on what condition, and how well that holds."""
     policies = json_attribute(dataset, "policies", [])
     rows = tuple(_policy_row(number + 1, policy) for number, policy in enumerate(policies))
-    head = ("", "policy", "kind", "states", "removed", "price", "true when")
-    return Table(head, rows, frozenset({0}))
+    return Table(("", "policy", "kind", "states", "removed", "when it holds, and how well"), rows, frozenset({0}))
 
 
 def _policy_row(number: int, policy: dict[str, Any]) -> tuple[Cell, ...]:
     kind = str(policy.get("kind", ""))
     tone = {"exact": "good", "mirrored": "good", "approximate": "warn"}.get(kind, "")
     removed = [label for part in REMOVED for label in policy.get(f"removed_{part}") or []]
+    condition = str(policy.get("condition") or policy.get("text") or "")
     return (
         Cell(str(number)),
         Cell(str(policy.get("label", ""))),
         Cell(kind, tone),
         Cell(f"{len(policy.get('before') or [])} → {len(policy.get('after') or [])}"),
-        Cell(", ".join(map(str, removed)) or UNKNOWN),
-        Cell(_price(policy)),
-        Cell(str(policy.get("condition") or policy.get("text") or UNKNOWN)),
+        Cell("\n".join(map(str, removed)) or UNKNOWN),
+        Cell("\n".join(filter(None, (condition, *_measures(policy)))) or UNKNOWN),
     )
 
 
-def _price(policy: dict[str, Any]) -> str:
+def _measures(policy: dict[str, Any]) -> list[str]:
     """The numbers that the policy gives for how well its condition holds."""
     number = policy.get("number")
     measures = policy.get("measures") or ([{**number, "name": ""}] if number else [])
-    told = (f"{one.get('name', '')} {float(one['value']):.3g} {one.get('unit', '')}".strip() for one in measures)
-    return "; ".join(told) or UNKNOWN
+    return [measured(str(one.get("name", "")), float(one["value"]), str(one.get("unit", ""))) for one in measures]
 
 
 def equivalence_table(dataset: xr.Dataset) -> Table:
     """For each operation of the nominal provider: is it computed, and has the error model its mirror?"""
-    rows = tuple(_equivalence_row(entry) for entry in json_attribute(dataset, "equivalence", []))
-    return Table(("operation", "mirrored by", "in the model", "computed", "setting", "status", ""), rows)
+    entries = json_attribute(dataset, "equivalence", [])
+    explained = any(entry.get("status") == "mismatch" for entry in entries)
+    head = ("operation", "mirrored by", "in the model", "computed", "setting", "status", *(("",) if explained else ()))
+    return Table(head, tuple(_equivalence_row(entry, explained) for entry in entries))
 
 
-def _equivalence_row(entry: dict[str, Any]) -> tuple[Cell, ...]:
+def _equivalence_row(entry: dict[str, Any], explained: bool) -> tuple[Cell, ...]:
     status = str(entry.get("status", ""))
-    return (
+    cells = (
         Cell(str(entry.get("operation", ""))),
         Cell(str(entry.get("mirror") or UNKNOWN)),
         Cell("yes" if entry.get("in_model") else "no"),
         Cell("yes" if entry.get("computed") else "no"),
         Cell(str(entry.get("setting", ""))),
         Cell(status, {"equivalent": "good", "mismatch": "bad"}.get(status, "")),
-        Cell(str(entry.get("text") or "")),
     )
+    return (*cells, Cell(str(entry.get("text") or ""))) if explained else cells

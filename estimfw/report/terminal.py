@@ -1,9 +1,7 @@
-"""A result in the terminal: the attitude, the values at the end, the measurements, the events, the files."""
+"""A result in the terminal: the attitude, the values at the end, the measurements, the events."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -11,6 +9,8 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from estimfw.report.headline import Headline, headlines
+from estimfw.report.judgement import sigma_caveat
+from estimfw.report.numbers import plain
 from estimfw.report.tables import Table, disposition_table, end_table, event_table
 from estimfw.run.summary import json_attribute
 
@@ -23,17 +23,17 @@ EVENTS_SHOWN = 10
 TONES = {"good": "green", "warn": "yellow", "bad": "bold red"}
 
 
-def print_result(dataset: xr.Dataset, paths: Sequence[Path], console: Console) -> None:
+def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) -> None:
     """Print what one wants to know after a run.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         A result.
-    paths : sequence of Path
-        The files that were written.
     console : rich.console.Console
         Where to.
+    at_end : bool
+        The last row is the end of the run, not an instant that somebody asked for.
     """
     console.print(Text(str(dataset.attrs.get("title") or "Estimation result"), style="bold"))
     for entry in json_attribute(dataset, "equivalence", []):
@@ -42,11 +42,17 @@ def print_result(dataset: xr.Dataset, paths: Sequence[Path], console: Console) -
             console.print(Text(text, style=TONES["bad"]))
     for line in headlines(dataset):
         console.print(_headline(line))
-    _print_table(console, "At the end", end_table(dataset))
+    caveat = sigma_caveat(dataset)
+    if caveat:
+        console.print(Text(caveat, style=TONES["warn"]))
+    _print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
     _print_table(console, "Measurements", disposition_table(dataset))
     _print_table(console, "Events", event_table(dataset, EVENTS_SHOWN))
-    for path in paths:
-        console.print(Text(f"wrote {path}"), soft_wrap=True)
+
+
+def _last(dataset: xr.Dataset, at_end: bool) -> str:
+    time = dataset["time"].to_numpy()
+    return f"{', ' if at_end else ' '}{plain(float(time[-1]))} s" if time.size else ""
 
 
 def _headline(line: Headline) -> Text:

@@ -1,0 +1,56 @@
+"""What a result says about its own honesty: whether NIS agrees with the sigmas, and what the sigmas leave out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from estimfw.report.chi_square import quantile
+from estimfw.report.numbers import UNKNOWN, plain, significant
+from estimfw.run.summary import MeasurementSummary, json_attribute
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Verdict", "nis_verdict", "sigma_caveat"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """A few words for a table, their tone (``good``, ``warn``, ``bad`` or empty), and a sentence that explains them."""
+
+    text: str
+    tone: str = ""
+    sentence: str = ""
+
+
+def nis_verdict(one: MeasurementSummary) -> Verdict:
+    """The mean NIS against the two-sided 99 % bounds of chi-square for all fused epochs together."""
+    fused = one.counts["fused"]
+    if not fused or not math.isfinite(one.nis_mean) or not one.freedom > 0:
+        return Verdict(UNKNOWN)
+    degrees = one.freedom * fused
+    low, high = (float(quantile(level, [degrees])[0]) / fused for level in (0.005, 0.995))
+    told = f"The mean NIS is {significant(one.nis_mean, 3)} where {plain(one.freedom)} is expected: innovations are"
+    ratio = math.sqrt(one.nis_mean / one.freedom)
+    if one.nis_mean > high:
+        more = f"{told} {ratio:.3g} times as large as the filter expects. Its sigmas are too small."
+        return Verdict("too large: innovation sigmas too small", "bad", more)
+    if one.nis_mean < low:
+        size = f"{1 / ratio:.3g} times smaller than the filter expects" if ratio else "zero"
+        more = f"{told} {size}. The noise that it assumes is too large, and so are the sigmas that follow from it."
+        return Verdict("too small: innovation sigmas too large", "warn", more)
+    return Verdict("consistent", "good", f"{told} as large as the filter expects.")
+
+
+def sigma_caveat(dataset: xr.Dataset) -> str:
+    """One line where the model was reduced by an approximation, of which its sigmas know nothing; else empty."""
+    policies = [one for one in json_attribute(dataset, "policies", []) if one.get("kind") == "approximate"]
+    if not policies:
+        return ""
+    names = " and ".join(str(one.get("label", "")) for one in policies)
+    removed = ", ".join(str(state) for one in policies for state in one.get("removed_states") or [])
+    without = f", and the removed states ({removed}) are not in them" if removed else ""
+    verb = "approximates" if len(policies) == 1 else "approximate"
+    return f"The sigmas are the reduced filter's own: {names} {verb} the model{without}."
