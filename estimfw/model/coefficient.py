@@ -117,8 +117,10 @@ class Coefficient:
         return self + (-other)
 
     def __mul__(self, factor: float | Coefficient) -> Coefficient:
-        """By a number or by a 1x1 coefficient."""
+        """By a number or by a 1x1 coefficient, from either side."""
         if isinstance(factor, Coefficient):
+            if factor.shape != (1, 1) and self.shape == (1, 1):
+                return factor * self
             if factor.shape != (1, 1):
                 raise ValueError("only a scalar coefficient multiplies entry by entry; use @")
             p = factor.entries[0][2] if factor.entries else poly.ZERO

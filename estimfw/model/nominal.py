@@ -31,6 +31,7 @@ __all__ = [
     "NominalVariable",
     "Operation",
     "ProviderSettings",
+    "Share",
     "TermMirror",
 ]
 
@@ -104,6 +105,22 @@ class CorrectionSlot:
 
 
 @dataclass(frozen=True, slots=True)
+class Share:
+    """The part of a found error that another quantity causes: an accelerometer bias tilts what is levelled with it.
+
+    Attributes
+    ----------
+    sensitivity : (3, 3) array
+        d(found error)/d(quantity), the quantity in the frame in which its block is declared.
+    covariance : (3, 3) array
+        Of the quantity, as the found covariance assumed it.
+    """
+
+    sensitivity: FloatArray
+    covariance: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class InitialNominal:
     """Where a provider starts.
 
@@ -114,6 +131,9 @@ class InitialNominal:
     covariance : mapping of str to (3, 3) array
         By quantity (``attitude``): the full covariance in the frame of that quantity's correction slot (n for
         attitude), where an alignment found one. It replaces the prior of the block of that quantity.
+    shares : mapping of str to mapping of str to Share
+        By quantity (``attitude``), then by what causes a part of that covariance (``accel_bias``): where the model has a
+        block of it, the two are correlated at the start.
     time : float or None, s
         The instant it holds at; the filter starts there. None: at the start of the record.
     source : str
@@ -122,6 +142,7 @@ class InitialNominal:
 
     values: Mapping[str, FloatArray]
     covariance: Mapping[str, FloatArray] = field(default_factory=dict)
+    shares: Mapping[str, Mapping[str, Share]] = field(default_factory=dict)
     time: float | None = None
     source: str = "given"
     events: tuple[Event, ...] = ()
@@ -186,6 +207,7 @@ class NominalProvider(Protocol):
     operations: tuple[Operation, ...]
     slots: tuple[CorrectionSlot, ...]
     stream: str | None
+    columns: tuple[str, ...]
     samples_per_step: int
 
     def variables(self, computed: frozenset[str]) -> tuple[NominalVariable, ...]:
@@ -207,7 +229,6 @@ class NominalProvider(Protocol):
         ...
 
     def bind(self, settings: ProviderSettings) -> BoundProvider: ...
-    columns: tuple[str, ...]
 
 
 DerivedFunction = Callable[..., Any]

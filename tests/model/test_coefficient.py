@@ -68,6 +68,7 @@ def grown(inner: st.SearchStrategy[Pair]) -> st.SearchStrategy[Pair]:
         inner.map(lambda p: Pair(-p.made, -p.worth)),
         st.tuples(small, inner).map(lambda p: Pair(p[0] * p[1].made, p[0] * p[1].worth)),
         inner.map(lambda p: Pair(p.made * scalar("g"), p.worth * NOMINAL["g"][:, None, None])),
+        inner.map(lambda p: Pair(scalar("g") * p.made, p.worth * NOMINAL["g"][:, None, None])),
     )
 
 
