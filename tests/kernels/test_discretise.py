@@ -1,0 +1,97 @@
+"""Phi, Q and d against quadrature of their integrals, closed forms, and each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.integrate import quad_vec
+from scipy.linalg import expm
+
+from estimfw.errors import NumericalError
+from estimfw.kernels.discretise import series, van_loan
+from estimfw.plan.discretisation import MOST_DOUBLINGS, Discretisation
+
+FloatArray = NDArray[np.float64]
+System = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def system(seed: int, n: int) -> System:
+    rng = np.random.default_rng(seed)
+    G = rng.standard_normal((n, max(1, n - 1)))
+    return rng.standard_normal((n, n)) / n, G @ G.T, rng.standard_normal(n)
+
+
+def integrals(F: FloatArray, D: FloatArray, b: FloatArray, dt: float) -> System:
+    """Phi = exp(F dt), Q = int Phi(s) D Phi(s)' ds, d = int Phi(s) b ds."""
+    Q, _ = quad_vec(lambda s: expm(F * s) @ D @ expm(F * s).T, 0.0, dt, epsabs=1e-13, epsrel=1e-12)
+    d, _ = quad_vec(lambda s: expm(F * s) @ b, 0.0, dt, epsabs=1e-13, epsrel=1e-12)
+    return expm(F * dt), Q, d
+
+
+@settings(max_examples=15)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 5), dt=st.floats(0.01, 2.0), doublings=st.integers(0, 3))
+def test_van_loan_is_the_integral(seed: int, n: int, dt: float, doublings: int) -> None:
+    F, D, b = system(seed, n)
+    for found, expected in zip(van_loan(F, D, b, np.array(dt), doublings), integrals(F, D, b, dt), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
+def test_a_series_of_order_k_is_wrong_by_dt_to_the_k_plus_one(seed: int, order: int) -> None:
+    F, D, b = system(seed, 3)
+    errors = []
+    for dt in (0.2, 0.1):
+        made, exact = series(F, D, b, np.array(dt), order, order), van_loan(F, D, b, np.array(dt))
+        errors.append([float(np.max(np.abs(m - e))) for m, e in zip(made, exact, strict=True)])
+    for coarse, fine in zip(*errors, strict=True):
+        assert coarse / fine == pytest.approx(2.0 ** (order + 1), rel=0.2)
+
+
+def test_low_orders_are_those_that_papers_print() -> None:
+    F, D, b = system(1, 4)
+    dt = 0.5
+    Phi, Q, d = series(F, D, b, np.array(dt), 2, 1)
+    np.testing.assert_allclose(Phi, np.eye(4) + F * dt + F @ F * dt**2 / 2, rtol=1e-14)
+    np.testing.assert_allclose(Q, D * dt, rtol=1e-14)
+    np.testing.assert_allclose(d, b * dt + F @ b * dt**2 / 2, rtol=1e-13)
+
+
+def test_leading_axes_of_time_and_dynamics_broadcast() -> None:
+    systems = [system(seed, 3) for seed in (1, 2)]
+    F, D, b = (np.stack(part) for part in zip(*systems, strict=True))
+    dt = np.array([0.1, 0.4])
+    for method in (lambda *a: van_loan(*a, 1), lambda *a: series(*a, 3, 2, 1)):
+        together = method(F, D, b, dt)
+        for i in range(2):
+            for found, alone in zip(together, method(*systems[i], dt[i]), strict=True):
+                np.testing.assert_allclose(found[i], alone, rtol=1e-13, atol=1e-15)
+
+
+def test_a_stiff_decay_is_cut_into_sub_steps_and_comes_out_right() -> None:
+    # x' = -x / tau + w over 5000 tau: forgotten, and at its steady variance q tau / 2.
+    tau, q = 1e-3, 4.0
+    F, D, b = np.array([[-1.0 / tau]]), np.array([[q]]), np.array([2.0])
+    doublings = Discretisation().doublings(F, 5.0)
+    assert doublings == 13
+    Phi, Q, d = van_loan(F, D, b, np.array(5.0), doublings)
+    assert Phi[0, 0] == pytest.approx(0.0, abs=1e-300)
+    assert Q[0, 0] == pytest.approx(q * tau / 2, rel=1e-10)
+    assert d[0] == pytest.approx(2.0 * tau, rel=1e-10)
+
+
+def test_slow_dynamics_are_not_cut() -> None:
+    assert Discretisation().doublings(np.array([[0.0, 1.0], [-0.25, 0.0]]), 1.0) == 0
+
+
+@pytest.mark.parametrize("rate", [2.0 * 2.0**MOST_DOUBLINGS, np.inf, np.nan])
+def test_dynamics_too_stiff_for_sub_steps_are_refused(rate: float) -> None:
+    with pytest.raises(NumericalError) as caught:
+        Discretisation().doublings(np.array([[-rate]]), 1.5)
+    assert caught.value.exit_code == 6
+    assert ("too stiff for the step: |eigenvalue of F| x dt" if np.isfinite(rate) else "not finite") in str(
+        caught.value
+    )

@@ -1,0 +1,172 @@
+"""The cache of generated code: used where it is sound, made anew where anything about it is not.
+
+The kernels are replaced by tiny ones, so that each compilation takes a moment; everything around them is real.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimfw.kernels import generated
+from estimfw.model.nominal import CompiledScan
+
+KERNELS = """
+from numba import njit
+
+@njit(cache=True)
+def tripled(x):
+    return 3.0 * x
+"""
+SCAN = """
+from numba import njit
+
+from estimfw.kernels.compiled import tripled
+from estimfw.kernels.no_provider import correct, step  # provider
+
+@njit(cache=True)
+def scan(values):
+    step(values, values, values, values, values)
+    return tripled(values[0])
+"""
+PROVIDER = """
+from numba import njit
+
+@njit(cache=True)
+def step(state, sample, params, process_row, end_row):
+    state[0] += 10.0
+
+@njit(cache=True)
+def correct(state, delta, params):
+    pass
+"""
+Call = Callable[..., float]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Sources that may be changed, and an empty cache."""
+    for name, text in {
+        "compiled.py": KERNELS,
+        "compiled_scan.py": SCAN,
+        "fuse.py": "A = 1\n",
+        "ud.py": "B = 1\n",
+    }.items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr(generated, "__file__", str(tmp_path / "generated.py"))
+    monkeypatch.setenv("ESTIMFW_CACHE", str(tmp_path / "cache"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    yield tmp_path
+    forget()
+
+
+def forget() -> None:
+    """As a new process: no generated module is loaded."""
+    for name in [n for n in sys.modules if n.startswith(("estimfw_scan_", "estimfw_kernels_", "made_up_provider"))]:
+        del sys.modules[name]
+
+
+def run(value: float = 2.0, provider: CompiledScan | None = None) -> tuple[float, int]:
+    """Result of a scan in a new process, and how many functions had to be compiled for it."""
+    forget()
+    scan: Any = generated.compiled_scan_for(provider)
+    result = scan(np.array([value]))
+    return float(result), sum(scan.scan.stats.cache_misses.values())
+
+
+def files(folder: Path, pattern: str) -> list[Path]:
+    found = sorted((folder / "cache").glob(f"*/{pattern}"))
+    assert found, pattern
+    return found
+
+
+def test_sound_machine_code_is_used_again(folder: Path) -> None:
+    assert run() == (6.0, 1)
+    assert run() == (6.0, 0)
+    assert run(5.0) == (15.0, 0)
+
+
+@pytest.mark.parametrize("pattern", ["__pycache__/*.nbc", "__pycache__/*.nbi", "__pycache__/*.pyc", "checksums.json"])
+@pytest.mark.parametrize("damage", ["cut", "flipped", "emptied"])
+def test_a_damaged_cache_is_made_anew(folder: Path, pattern: str, damage: str) -> None:
+    run()
+    for path in files(folder, pattern):
+        data = path.read_bytes()
+        middle = len(data) // 2
+        changed = {
+            "cut": data[:middle],
+            "flipped": data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :],
+            "emptied": b"",
+        }
+        path.write_bytes(changed[damage])
+    assert run() == (6.0, 1)
+    assert run() == (6.0, 0)
+
+
+def test_a_generated_module_that_somebody_changed_is_not_run(folder: Path) -> None:
+    run()
+    for path in files(folder, "*.py"):
+        path.write_text(path.read_text() + "\nraise RuntimeError('not ours')\n")
+    assert run() == (6.0, 1)
+
+
+def test_foreign_files_among_the_machine_code_make_it_unsound(folder: Path) -> None:
+    run()
+    for path in files(folder, "__pycache__"):
+        (path / "foreign.nbc").write_bytes(b"?")
+    assert run() == (6.0, 1)
+    assert not list((folder / "cache").glob("*/__pycache__/foreign.nbc"))
+
+
+@pytest.mark.parametrize("name", ["compiled.py", "fuse.py", "ud.py"])
+def test_code_made_from_older_sources_is_never_met(folder: Path, name: str) -> None:
+    run()
+    (folder / name).write_text((folder / name).read_text().replace("3.0", "4.0").replace("= 1", "= 2"))
+    assert run() == (8.0 if name == "compiled.py" else 6.0, 1)
+    assert len(files(folder, "*.py")) == 4
+
+
+def test_a_provider_is_compiled_in_and_its_changes_are_seen(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(folder))
+    provider = CompiledScan("made_up_provider", "step", "correct")
+    source = folder / "made_up_provider.py"
+    source.write_text(PROVIDER)
+    assert run(2.0, provider) == (36.0, 1)
+    assert run(2.0, provider) == (36.0, 0)
+    source.write_text(PROVIDER.replace("10.0", "100.0"))
+    importlib.invalidate_caches()
+    assert run(2.0, provider) == (306.0, 1)
+    assert run(2.0) == (6.0, 1)
+
+
+def test_damaged_machine_code_of_a_providers_own_module_is_made_anew(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(folder))
+    provider = CompiledScan("made_up_provider", "step", "correct")
+    (folder / "made_up_provider.py").write_text(PROVIDER)
+    importlib.invalidate_caches()
+    run(2.0, provider)
+    damaged = list((folder / "__pycache__").glob("made_up_provider*.nb[ic]"))
+    assert damaged
+    for path in [*damaged, *files(folder, "__pycache__/*.nbi")]:
+        path.write_bytes(b"damaged")
+    assert run(2.0, provider)[0] == 36.0
+
+
+def test_a_cache_that_cannot_be_written_is_replaced_by_a_private_one(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "in_the_way").write_text("")
+    monkeypatch.setenv("ESTIMFW_CACHE", str(folder / "in_the_way"))
+    found = generated.cache_folder()
+    assert found.is_dir() and found != folder / "in_the_way"
+    assert found.stat().st_mode & 0o077 == 0
+    assert run() == (6.0, 1)
