@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from estimfw.config.document import Document
-from estimfw.config.made import check_made
+from estimfw.config.made import check_made, check_sizes
 from estimfw.config.node import path_text
 from estimfw.config.validate import validate
 from estimfw.errors import ConfigError, EstimfwError
+from estimfw.model.parts import Measurement, ProcessParts
 from estimfw.registry.component import Component, Role
 from estimfw.registry.contract import plugin_code
 from estimfw.registry.registry import Registry
@@ -64,8 +65,16 @@ class Builder:
             made.append(self._built(component, (section, name), name, cfg, *more))
         return made
 
+    def fits(self, section: str, name: str, made: ProcessParts | Measurement, widths: Mapping[str, int]) -> None:
+        """Raise where coefficients do not fit the blocks and sources that they couple; see `check_sizes`."""
+        path = (section, name)
+        try:
+            check_sizes(made, widths, self.owners.get(path_text(path)), _what(path))
+        except EstimfwError as error:
+            raise self._placed(error, path) from error
+
     def _built(self, component: Component, path: Path, *arguments: Any) -> Any:
-        owner, what = self.owners.get(path_text(path)), f"{component.role} {path_text(path)!r}"
+        owner, what = self.owners.get(path_text(path)), _what(path)
         try:
             with plugin_code(owner, f"the build of {what}"):
                 made = component.build(*arguments)
@@ -80,3 +89,9 @@ class Builder:
             if error.within:
                 error.message = f"{path_text((*path, *error.within))}: {error.message}"
         return error
+
+
+def _what(path: Path) -> str:
+    """``source``, ``measurement 'fix'``: what stands at a path, for people."""
+    section = str(path[0]).removesuffix("s") if str(path[0]) != "process" else "process"
+    return f"{section} {str(path[1])!r}" if len(path) > 1 else section.replace("_", " ")

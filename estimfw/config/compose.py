@@ -16,15 +16,22 @@ from estimfw.config.filter_config import FilterConfig
 from estimfw.config.generic.kalman import KalmanConfig, kalman
 from estimfw.config.generic.nominal import ConstantNominal
 from estimfw.config.generic.values import STATE_BYTES
+from estimfw.config.model_context import ModelContext
 from estimfw.config.validate import validate
 from estimfw.data.memory import refuse_too_large
 from estimfw.errors import ConfigError
 from estimfw.model.build import build_model
 from estimfw.model.model import Model
 from estimfw.model.nominal import InitialNominal, NominalProvider, ProviderSettings
-from estimfw.model.parts import BlockParts, KnownInput, Measurement, NoiseInput, ProcessParts, StateBlock
+from estimfw.model.parts import (
+    BlockParts,
+    DerivedVariable,
+    KnownInput,
+    Measurement,
+    ProcessParts,
+)
 from estimfw.plan.equivalence import OperationCheck, settle_operations
-from estimfw.plan.layout import NominalLayout
+from estimfw.plan.layout import NominalLayout, derived_value
 from estimfw.plan.plan import Plan, make_plan
 from estimfw.policies.change import Change, Policy
 from estimfw.policies.drop_frame_rotation import turn_name
@@ -32,36 +39,9 @@ from estimfw.policies.sequence import apply_policies
 from estimfw.registry.registry import Registry
 from estimfw.spelling import did_you_mean
 
-__all__ = ["ModelContext", "Problem", "compose"]
+__all__ = ["Problem", "compose"]
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class ModelContext:
-    """What process and measurement components get to see."""
-
-    site: Any
-    blocks: Mapping[str, StateBlock]
-    noises: Mapping[str, NoiseInput]
-    inputs: Mapping[str, KnownInput]
-
-    def block(self, name: str) -> StateBlock:
-        """ConfigError with the nearest names where there is none."""
-        if name not in self.blocks:
-            raise ConfigError(f"there is no block {name!r}", hint=did_you_mean(name, self.blocks))
-        return self.blocks[name]
-
-    def width(self, source: str) -> int:
-        """Number of axes of a block, a noise input or a known input."""
-        if source in self.blocks:
-            return len(self.blocks[source].all_axes)
-        if source in self.noises:
-            return len(self.noises[source].all_axes)
-        if source in self.inputs:
-            return len(self.inputs[source].axes)
-        known = [*self.blocks, *self.noises, *self.inputs]
-        raise ConfigError(f"there is no block, noise or input {source!r}", hint=did_you_mean(source, known))
 
 
 @dataclass(frozen=True)
@@ -132,7 +112,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     source = build.make("source", cfg.source, ("source",), site, given) if cfg.source is not None else None
     aiding = {n: build.make("source", s, ("aiding", n), site, given) for n, s in cfg.aiding.items()}
     full = _model(cfg, build, site)
-    reference = _reference(provider, given, source)
+    reference = _reference(provider, given, source, full.derived)
     policies: list[Policy] = [build.make("policy", p, ("policies", i)) for i, p in enumerate(cfg.policies)]
     model, changes = _apply(policies, full, reference, document)
     checks = _checks(cfg, provider, model, document)
@@ -174,7 +154,9 @@ def _initial(cfg: FilterConfig, build: Builder, site: Any) -> Any:
     return build.make("initial", cfg.initial_attitude, ("initial_attitude",), site, default=default)
 
 
-def _reference(provider: Any, given: InitialNominal | None, source: Any) -> dict[str, FloatArray]:
+def _reference(
+    provider: Any, given: InitialNominal | None, source: Any, derived: tuple[DerivedVariable, ...]
+) -> dict[str, FloatArray]:
     values = dict(given.values) if given is not None else {}
     values.update(getattr(source, "start_values", {}))
     if not values and provider.stream is not None:
@@ -182,6 +164,9 @@ def _reference(provider: Any, given: InitialNominal | None, source: Any) -> dict
     reference: dict[str, FloatArray] = dict(provider.reference(InitialNominal(values)))
     for frame, angle in getattr(source, "turn_angles", {}).items():
         reference[turn_name(frame)] = np.array(float(angle))
+    for variable in derived:
+        if all(need in reference for need in variable.needs):
+            reference[variable.name] = derived_value(variable, reference, ())
     return reference
 
 
@@ -198,9 +183,11 @@ def _model(cfg: FilterConfig, build: Builder, site: Any) -> Model:
         context = ModelContext(site, by_name, noises, {k.name: k for k in inputs})
         process.extend(build.named("process", {name: entry}, "process", context))
         noises |= {n.name: n for n in process[-1].noises}
+        build.fits("process", name, process[-1], replace(context, noises=noises).widths)
     context = ModelContext(site, by_name, noises, {k.name: k for k in inputs})
     measurements: list[Measurement] = build.named("measurement", cfg.measurements, "measurements", context)
     for m in measurements:
+        build.fits("measurements", m.name, m, context.widths)
         _refuse_zero_noise(m, build.document)
     correlations = {tuple(c.between): c.value for c in cfg.prior.correlations} if cfg.prior else {}
     _refuse_unknown_labels(cfg, [label for b in blocks for label in b.block.labels], build.document)

@@ -13,7 +13,7 @@ from estimfw.model.nominal import NominalVariable
 from estimfw.model.parts import DerivedVariable
 from estimfw.spelling import did_you_mean
 
-__all__ = ["NominalLayout"]
+__all__ = ["NominalLayout", "derived_value"]
 
 FloatArray = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ class NominalLayout:
     def complete(self, rows: FloatArray) -> FloatArray:
         """Rows with the derived variables appended; the rows themselves where there are none."""
         for d in self.derived:
-            value = _derived(d, self.unpack(rows), rows.shape[:-1])
+            value = derived_value(d, self.unpack(rows), rows.shape[:-1])
             rows = np.concatenate([rows, value.reshape((*rows.shape[:-1], -1))], axis=-1)
         return rows
 
@@ -100,7 +100,7 @@ class NominalLayout:
         return sorted(n for n in names if self.changes(n) != "constant")
 
 
-def _derived(d: DerivedVariable, values: Mapping[str, FloatArray], leading: tuple[int, ...]) -> FloatArray:
+def derived_value(d: DerivedVariable, values: Mapping[str, FloatArray], leading: tuple[int, ...]) -> FloatArray:
     """The variable (..., *shape); PluginError where the plugin's function fails, or makes another shape or NaN of numbers."""
     needed = {need: values[need] for need in d.needs}
     what = f"the derived variable {d.name!r} ({d.function.__module__}.{d.function.__qualname__})"
@@ -113,5 +113,5 @@ def _derived(d: DerivedVariable, values: Mapping[str, FloatArray], leading: tupl
         raise PluginError(f"{what} has the shape {value.shape}, {(*leading, *d.shape)} is due", hint=hint)
     if not np.all(np.isfinite(value)) and all(np.all(np.isfinite(v)) for v in needed.values()):
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(value))[0])
-        raise PluginError(f"{what} is {value[at]} at {list(at)}", hint=f"for {needed}"[:300])
+        raise PluginError(f"{what} is {value[at]}", hint=f"at {list(at)}, for {needed}"[:300] if at else None)
     return value

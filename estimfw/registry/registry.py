@@ -60,14 +60,15 @@ class Registry:
         ConfigError
             No such component, with the nearest names and the plugins that failed to load.
         PluginError
-            The component belongs to a plugin that failed to load; ``__cause__`` is what it raised.
+            The component belongs to a plugin that failed to load (``__cause__`` is what it raised), or two distributions
+            claim its name, so that nobody can say which one is meant.
         """
-        component = self._components.get((role, kind))
-        if component is not None:
-            return component
         for plugin in self.failed:
             if "." in kind and kind.partition(".")[0] == plugin.name:
                 raise _unusable(plugin, role, kind) from plugin.cause
+        component = self._components.get((role, kind))
+        if component is not None:
+            return component
         raise ConfigError(f"unknown {role} kind {kind!r}", hint="\n  ".join(self._hints(role, kind)))
 
     def owner(self, kind: str) -> str | None:
@@ -95,5 +96,6 @@ def _unusable(plugin: Plugin, role: str, kind: str) -> PluginError:
     return PluginError(
         f"the {role} kind {kind!r} needs the plugin {plugin.name!r} from {plugin.origin}, which is {plugin.status}: "
         f"{plugin.reason}",
-        hint=plugin.traceback.rstrip().replace("\n", "\n  ") or "install a version that fits this program",
+        hint=plugin.traceback.rstrip().replace("\n", "\n  ")
+        or "install one that fits this program, and only one of that name",
     )

@@ -24,21 +24,22 @@ def check_record(record: Any, owner: str | None, what: str) -> Record:
     PluginError
     """
     if not isinstance(record, Record):
-        raise broken(owner, what, f"made a {type(record).__name__}, a Record is due")
+        raise broken(owner, what, f"made an object of type {type(record).__name__}, a Record is due")
     for name, stream in record.streams.items():
         rows, columns = np.shape(stream.time)[:1], len(stream.columns)
         fault = wrong_number(stream.time, rows)
+        fault = f"its time {fault}" if fault is not None else None
         if fault is None and np.shape(stream.values) != (*rows, columns):
-            fault = f"are {rows}, its columns {columns}, but its values have the shape {np.shape(stream.values)}"
+            fault = f"values {np.shape(stream.values)} for {rows[0]} times and {columns} columns"
         if fault is not None:
-            raise broken(owner, what, f"made a stream {name!r} that is none: its times {fault}")
+            raise broken(owner, what, f"made a stream {name!r} that is none: {fault}")
     return record
 
 
 def check_findings(findings: Any, owner: str | None, what: str) -> Findings:
     """What a monitor found, if it is that."""
     if not isinstance(findings, Findings):
-        raise broken(owner, what, f"returned a {type(findings).__name__}, Findings are due")
+        raise broken(owner, what, f"returned an object of type {type(findings).__name__}, Findings are due")
     return findings
 
 

@@ -39,7 +39,7 @@ def load_record(problem: Problem) -> Record:
 
 def _loaded(source: Any, problem: Problem, path: tuple[str, ...]) -> Record:
     """The record of one source, which stands at ``path``; one that has to know the plan gets to see it."""
-    owner, what = problem.owners.get(".".join(path)), f"source {'.'.join(path)!r}"
+    owner, what = problem.owners.get(".".join(path)), "source" if len(path) == 1 else f"source {'.'.join(path)!r}"
     try:
         with plugin_code(owner, f"load() of {what}"):
             if hasattr(source, "load_for"):
