@@ -45,7 +45,7 @@ def test_an_hour_at_rest_leaves_a_known_trace_in_the_velocity(mechanized: Mechan
 
 @pytest.mark.parametrize("computed", [FOLLOWED, frozenset(OPERATIONS)], ids=["standing", "all"])
 def test_an_hour_at_rest_changes_next_to_nothing(mechanized: Mechanized, computed: frozenset[str]) -> None:
-    """The vertical channel of a mechanization that follows its height is unstable, an e-fold in 570 s; Coriolis passes it on to East."""
+    """A vertical channel that follows its height is unstable, an e-fold in 570 s; East feels it by Coriolis."""
     trace = 3600.0 * np.linalg.norm(left_over(0.5))
     end = mechanized(AT_REST, increments(3600.0, 0.5), 0.5, 1, computed)
     assert Rotation.from_matrix(end[:9].reshape(3, 3) @ C_BN.T).magnitude() < 2e-9
