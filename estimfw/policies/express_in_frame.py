@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from estimfw.errors import ConfigError
 from estimfw.model.coefficient import Coefficient
@@ -38,13 +38,16 @@ class ExpressInFrame:
         return f"express_in_frame {self.block} in {self.frame}"
 
     def apply(self, model: Model, reference: Mapping[str, FloatArray]) -> tuple[Model, Change]:
+        if self.block not in model.offsets:
+            raise LostAxisError(self.label, self.block, (), hint=did_you_mean(self.block, model.offsets))
         block = model.block(self.block)
         if self.frame not in model.frame_map:
             raise ConfigError(f"there is no frame {self.frame!r}", hint=did_you_mean(self.frame, model.frame_map))
         if block.frame is None:
             raise ConfigError(f"block {self.block!r} has no frame, so it cannot be expressed in {self.frame!r}")
-        if block.axes != block.all_axes:
-            raise LostAxisError(self.label, block)
+        full = replace(block, axes=block.all_axes).labels
+        if block.labels != full:
+            raise LostAxisError(self.label, block.name, [s for s in full if s not in block.labels])
         if block.frame == self.frame:
             return model, compare(self.label, "exact", model, model, "the block is in that frame already")
         return self._turned(model)

@@ -191,8 +191,15 @@ def test_a_block_that_has_lost_an_axis_is_refused_with_the_right_order(inertial:
 def test_other_impossible_frames_are_refused(inertial: Inertial, reference: Nominal) -> None:
     with pytest.raises(ConfigError, match="there is no frame 'm'"):
         ExpressInFrame("a", "m").apply(inertial(), reference)
-    with pytest.raises(ConfigError, match="no block 'aa'"):
-        ExpressInFrame("aa", "n").apply(inertial(), reference)
+    with pytest.raises(ConfigError, match="block 'aa' is not there") as caught:
+        apply_policies(inertial(), [ExpressInFrame("aa", "n")], reference)
+    assert "did you mean 'a'" in str(caught.value)
+
+
+def test_a_block_that_was_dropped_whole_names_the_order_too(inertial: Inertial, reference: Nominal) -> None:
+    with pytest.raises(ConfigError, match=r"block 'a' has already lost a\[R\], a\[F\], a\[U\]") as caught:
+        apply_policies(inertial(), [DropStates(("a",)), ExpressInFrame("a", "n")], reference)
+    assert caught.value.hint == "put 'express_in_frame a in n' before 'drop_states a'"
 
 
 def test_the_frame_it_has_already_changes_nothing(inertial: Inertial, reference: Nominal) -> None:
