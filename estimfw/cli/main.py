@@ -16,6 +16,9 @@ __all__ = ["COMMANDS", "INTERRUPTED", "cli", "main"]
 
 INTERRUPTED = 130
 
+#: What click from 8.2 on raises where a group is called without a command.
+NO_COMMAND: type[click.UsageError] | tuple[()] = getattr(click.exceptions, "NoArgsIsHelpError", ())
+
 #: Each command: the module that has it as ``command``, and its line in the help.
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("estimfw.cli.run", "Run a config; write the result and a report."),
@@ -82,6 +85,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return result if isinstance(result, int) else 0
     except EstimfwError as error:
         return _report(error, as_json=as_json, debug=debug)
+    except NO_COMMAND as error:
+        click.echo(error.format_message(), err=True)
+        return UsageError.exit_code
     except click.UsageError as error:
         return _report(_usage_error(error), as_json=as_json, debug=debug)
     except click.ClickException as error:
@@ -99,7 +105,12 @@ def _usage_error(error: click.UsageError) -> UsageError:
 
 
 def _report(error: EstimfwError, *, as_json: bool, debug: bool) -> int:
-    _print(error.as_json(), f"error: {error}", as_json=as_json, debug=debug)
+    from estimfw.cli.excerpt import excerpt
+
+    place = f"{error.location}: " if error.location else ""
+    hint = f"  {error.hint}" if error.hint else ""
+    told = f"error: {place}{error.message}\n{excerpt(error.location)}{hint}".rstrip("\n")
+    _print(error.as_json(), told, as_json=as_json, debug=debug)
     return error.exit_code
 
 

@@ -84,10 +84,7 @@ class Builder:
         return made
 
     def _placed(self, error: EstimfwError, path: Path) -> EstimfwError:
-        if error.location is None:
-            error.location = self.document.locate((*path, *error.within))
-            if error.within:
-                error.message = f"{path_text((*path, *error.within))}: {error.message}"
+        self.document.placed(error, path)
         return error
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, cast
 
-from estimfw.config.node import Node, Path
-from estimfw.errors import Location
+from estimfw.config.node import Node, Path, path_text
+from estimfw.errors import EstimfwError, Location
 
 __all__ = ["Document"]
 
@@ -44,6 +44,13 @@ class Document:
                 place = node.value[part].place
             node = below
         return place
+
+    def placed(self, error: EstimfwError, path: Path) -> None:
+        """Give an error without a place that of ``path``, and of what it blames within (see `EstimfwError`)."""
+        if error.location is None:
+            inner = (*path, *error.within)
+            error.location = self.locate(inner)
+            error.message = f"{path_text(inner)}: {error.message}" if error.within else error.message
 
     def holds(self, path: Path) -> bool:
         """Whether there is a value at ``path``."""

@@ -61,11 +61,7 @@ def _syntax_error(cause: MarkedYAMLError, reader: _Reader) -> ConfigError:
     mark = cause.problem_mark or cause.context_mark
     context = f"{cause.context}: " if cause.context else ""
     begun = cause.context_mark
-    hint = (
-        f"{_begun(cause.context)} in line {begun.line + 1}"
-        if cause.context and begun
-        else None
-    )
+    hint = f"{_begun(cause.context)} in line {begun.line + 1}" if cause.context and begun else None
     place = reader.place(mark) if mark else Location(reader.file)
     return ConfigError(f"not YAML: {context}{cause.problem or 'syntax error'}", location=place, hint=hint)
 

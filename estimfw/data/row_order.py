@@ -85,7 +85,13 @@ def _straightened(rows: Rows, back: NDArray[np.bool_], how: TimeErrors) -> tuple
             hint="`time_errors: sort` puts the rows in order, `time_errors: drop` leaves the late ones out",
         )
     done = "sorted" if how == "sort" else "dropped"
-    event = Event(float(rows.time[first]), rows.stream, "time order", f"{seen}; {count} late rows {done}", count)
+    event = Event(
+        float(rows.time[first]),
+        rows.stream,
+        "time order",
+        f"{seen}; {count} late row{'s' if count > 1 else ''} {done}",
+        count,
+    )
     kept = np.argsort(rows.time, kind="stable") if how == "sort" else ~back
     return rows.take(kept), (event,)
 
@@ -103,7 +109,8 @@ def _without_repeats(rows: Rows) -> tuple[Rows, tuple[Event, ...]]:
             location=rows.at(row),
             hint="time stamps with too few digits, or two logs in one file?",
         )
-    text = f"{later.size} rows repeat the one before them and are dropped, first at {rows.time[later[0]]:.10g} s"
+    what = "a row repeats the one before it and is" if later.size == 1 else f"{later.size} rows repeat others and are"
+    text = f"{what} dropped, first at {rows.time[later[0]]:.10g} s"
     return rows.take(~same), (Event(float(rows.time[later[0]]), rows.stream, "duplicate", text, int(later.size)),)
 
 

@@ -49,7 +49,7 @@ def _loaded(source: Any, problem: Problem, path: tuple[str, ...]) -> Record:
                 made = source.load()
         return check_record(made, owner, what)
     except (ConfigError, PluginError) as error:
-        error.location = error.location or problem.document.locate((*path, *error.within))
+        problem.document.placed(error, path)
         raise
 
 

@@ -15,6 +15,7 @@ from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Event, Record
 from estimfw.errors import PluginError
 from estimfw.estimators.scan import ChunkResult, refuse_lost
+from estimfw.run.flags import disposition_events
 from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
@@ -109,7 +110,10 @@ def _scan(prepared: Prepared, progress: Progress | None) -> tuple[list[_Piece], 
         last = min(first + length, len(steps))
         chunk = make_chunk(prepared, first, last)
         begin = time.perf_counter()
-        with _told_when(first, last, prepared.steps.time):
+        with (
+            _told_when(first, last, prepared.steps.time),
+            np.errstate(over="ignore", invalid="ignore", divide="ignore"),
+        ):
             state, result = prepared.scan.run(state, chunk)
         spent += time.perf_counter() - begin
         refuse_lost(prepared.plan, result, first, prepared.steps.time[first:last])
@@ -192,6 +196,7 @@ def _collect(prepared: Prepared, pieces: list[_Piece], timing: Timing) -> Collec
         periods = [o.period for o, _ in prepared.plan.outputs for _ in o.components]
         columns = [wrapped(output[:, i] - output_truth[:, i], p) for i, p in enumerate(periods)]
         error = np.stack(columns, axis=1) if columns else np.zeros_like(output)
+    disposition, used = joined("disposition").astype(np.int64), joined("used").astype(np.int64)
     return Collected(
         prepared=prepared,
         estimate=joined("estimate"),
@@ -201,13 +206,13 @@ def _collect(prepared: Prepared, pieces: list[_Piece], timing: Timing) -> Collec
         innovation=joined("innovation"),
         innovation_sigma=joined("sigma"),
         nis=joined("nis"),
-        disposition=joined("disposition").astype(np.int64),
-        used=joined("used").astype(np.int64),
+        disposition=disposition,
+        used=used,
         output=output,
         output_sigma=kept("output_sigma"),
         truth=kept("truth") if known else None,
         output_truth=output_truth,
         output_error=error,
-        events=prepared.events,
+        events=(*prepared.events, *disposition_events(prepared, disposition, used, joined("nis"))),
         timing=timing,
     )

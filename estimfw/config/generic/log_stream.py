@@ -70,7 +70,7 @@ def read_stream(
         A unit of the wrong dimension, or for a column that is not read.
     """
     path = Path(cfg.file)
-    scales, time_scale = _scales(cfg, needed), _scale(cfg.time_unit, "s", "time_unit", ("time_unit",))
+    scales, time_scale = _scales(cfg, needed), _scale(cfg.time_unit, "s", "the time", ("time_unit",))
     rows, period = _rows(name, path, cfg, tuple(needed))
     rows = Rows(rows.file, rows.time * time_scale, rows.values * scales, rows.lines, name)
     count = rows.time.size
@@ -131,7 +131,7 @@ def _scales(cfg: LogStreamConfig, needed: Mapping[str, str]) -> FloatArray:
     for column in cfg.units:
         if column not in needed:
             raise ConfigError(
-                f"units: no measurement reads the column {column!r}",
+                f"no measurement reads the column {column!r}",
                 hint=did_you_mean(column, needed),
                 within=("units", column),
             )
@@ -175,9 +175,8 @@ def _without_infinities(rows: Rows, columns: tuple[str, ...]) -> tuple[Rows, tup
     events = []
     for i in np.flatnonzero(bad.any(axis=0)):
         first, count = int(np.argmax(bad[:, i])), int(bad[:, i].sum())
-        text = (
-            f"{count} readings of {columns[i]!r} are missing or not finite, first in {rows.at(first)}; they are skipped"
-        )
+        what = f"a reading of {columns[i]!r} is" if count == 1 else f"{count} readings of {columns[i]!r} are"
+        text = f"{what} missing or not finite and skipped{', first' if count > 1 else ''} in {rows.at(first)}"
         events.append(Event(float(rows.time[first]), rows.stream, "missing", text, count))
     values = np.where(bad, np.nan, rows.values)
     return Rows(rows.file, rows.time, values, rows.lines, rows.stream), tuple(events)

@@ -13,7 +13,7 @@ from estimfw.config.types import Settings, Site, positive_quantity
 from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Record, Stream, Truth
 from estimfw.data.timeline import Steps, Wanted, merged_steps
-from estimfw.errors import ConfigError
+from estimfw.errors import ConfigError, NumericalError
 from estimfw.model.nominal import InitialNominal
 from estimfw.plan.plan import MeasurementPlan, Plan
 from estimfw.spelling import did_you_mean
@@ -72,7 +72,9 @@ class ModelSimulation:
         process, reading = (np.random.default_rng(s) for s in seeds)
         times = {m.name: self._times(m) for m in plan.measurements}
         steps = self._steps(plan, times)
-        states = self._states(plan, row, steps, process)
+        with np.errstate(over="ignore", invalid="ignore"):
+            states = self._states(plan, row, steps, process)
+        _refuse_infinite(states, plan, steps)
         streams = {}
         for m in plan.measurements:
             at = states[np.searchsorted(steps.time, times[m.name] - 1e-9)]
@@ -123,6 +125,16 @@ class ModelSimulation:
         noise = rng.standard_normal((time.size, m.rows)) @ _factor(R / (period if m.density else 1.0)).T
         z = states @ H.T + noise * self.cfg.noise - m.innovation.evaluate(row)[:, 0]
         return Stream(str(m.stream), time, m.sign * z, m.columns, "sample", period)
+
+
+def _refuse_infinite(states: FloatArray, plan: Plan, steps: Steps) -> None:
+    bad = np.argwhere(~np.isfinite(states))
+    if bad.size:
+        k, i = bad[0]
+        raise NumericalError(
+            f"the simulated {plan.states[i]} left the numbers at t = {steps.time[k]:g} s",
+            hint="the model is unstable: it grows without bound; check the signs of its coefficients",
+        )
 
 
 def inputs_at(plan: Plan, time: FloatArray) -> FloatArray:
