@@ -17,6 +17,8 @@ from estimfw.estimators.numpy_scan import NumpyScan
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
 from estimfw.model.nominal import BoundProvider, InitialNominal
 from estimfw.plan.plan import Plan
+from estimfw.registry.contract import plugin_code
+from estimfw.run.guard import GuardedProvider, check_findings
 
 __all__ = ["Prepared", "Scan", "filter_start", "make_chunk", "make_scan", "prepare"]
 
@@ -64,15 +66,36 @@ def prepare(problem: Problem, record: Record) -> Prepared:
     DataError
         The record lacks a stream, rows or a start.
     """
-    found = [monitor.inspect(record) for monitor in problem.monitors]
-    given = problem.initial.find(record) if problem.initial is not None else None
-    start = problem.provider.start(given, record)
-    bound = problem.provider.bind(problem.settings)
+    found = _findings(problem, record)
+    with plugin_code(problem.owners.get("initial_attitude"), "find() of 'initial_attitude'"):
+        given = problem.initial.find(record) if problem.initial is not None else None
+    with plugin_code(problem.owners.get("nominal"), "start() of 'nominal'"):
+        start = problem.provider.start(given, record)
+    bound = _bound(problem)
     steps = _until(_timeline(problem, record, start, found), found)
     row = bound.initial_row(start) if bound is not None else problem.plan.layout.pack(problem.reference)
     scan, state, prior = filter_start(problem, bound, start, row, steps)
     events = (*record.events, *start.events, *(e for f in found for e in f.events), *steps.events)
     return Prepared(problem, problem.plan, record, start, bound, steps, scan, state, prior, events)
+
+
+def _findings(problem: Problem, record: Record) -> list[Findings]:
+    found = []
+    for name, monitor in zip(problem.config.monitors, problem.monitors, strict=True):
+        owner, what = problem.owners.get(f"monitors.{name}"), f"monitor {name!r}"
+        with plugin_code(owner, f"inspect() of {what}"):
+            made = monitor.inspect(record)
+        found.append(check_findings(made, owner, what))
+    return found
+
+
+def _bound(problem: Problem) -> BoundProvider | None:
+    owner = problem.owners.get("nominal")
+    with plugin_code(owner, "bind() of 'nominal'"):
+        bound = problem.provider.bind(problem.settings)
+    if bound is None or owner is None:
+        return bound
+    return GuardedProvider(bound, owner, problem.provider.kind, problem.plan.layout.provided)
 
 
 def _timeline(problem: Problem, record: Record, start: InitialNominal, found: list[Findings]) -> Steps:
