@@ -18,6 +18,7 @@ from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterSt
 from estimfw.model.nominal import BoundProvider, InitialNominal
 from estimfw.plan.plan import Plan
 from estimfw.registry.contract import plugin_code
+from estimfw.run.found_start import with_found_covariance
 from estimfw.run.guard import GuardedProvider, check_findings
 
 __all__ = ["Prepared", "Scan", "filter_start", "make_chunk", "make_scan", "prepare"]
@@ -145,7 +146,7 @@ def filter_start(
     plan = problem.plan
     nominal = plan.layout.unpack(plan.layout.complete(row))
     mean, covariance = plan.prior.evaluate(nominal)
-    prior = (mean, _with_found_covariance(problem, covariance, start))
+    prior = (mean, with_found_covariance(problem.model, covariance, start, nominal))
     scan = make_scan(problem, bound, row, prior, len(steps))
     for dt in np.unique(steps.dt):
         scan.doublings(float(dt))
@@ -158,20 +159,6 @@ def _form(problem: Problem, covariance: FloatArray) -> FloatArray:
     from estimfw.kernels import joseph, ud
 
     return ud.factor(covariance) if problem.estimator.covariance == "ud" else joseph.factor(covariance)
-
-
-def _with_found_covariance(problem: Problem, covariance: FloatArray, start: InitialNominal) -> FloatArray:
-    """The prior with what an alignment found in place of the block's own."""
-    covariance = covariance.copy()
-    for block in problem.model.blocks:
-        found = start.covariance.get(block.quantity)
-        if found is None:
-            continue
-        at = problem.model.offsets[block.name]
-        own = slice(at, at + len(block.axes))
-        covariance[own, :] = covariance[:, own] = 0.0
-        covariance[own, own] = np.asarray(found)[np.ix_(block.live, block.live)]
-    return covariance
 
 
 def make_scan(

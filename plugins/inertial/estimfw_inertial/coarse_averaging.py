@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from estimfw.data.record import Record
 from estimfw.errors import DataError
-from estimfw.model.nominal import InitialNominal
+from estimfw.model.nominal import InitialNominal, Share
 from estimfw_inertial.coarse_config import CoarseConfig, identity_start, start_from
 from estimfw_inertial.coarse_window import checked_place, window_at_start
 from estimfw_inertial.earth import earth_rate_n, normal_gravity
@@ -98,9 +98,11 @@ def estimate_attitude(
     duration = period * time.size
     C_bn = _two_directions(dvel.sum(axis=0), dtheta.sum(axis=0))
     angle, velocity = np.cumsum(dtheta @ C_bn.T, axis=0), np.cumsum(dvel @ C_bn.T, axis=0)
-    covariance = _covariance(angle, velocity, duration, place, grade or SensorGrade())
+    grade = grade or SensorGrade()
+    covariance = _covariance(angle, velocity, duration, place, grade)
     swaying = _without_polynomial(velocity, 1)
-    return StandingAttitude(C_bn, covariance, float(time[-1]), float(np.sqrt(np.mean(np.sum(swaying**2, axis=1)))))
+    disturbance = float(np.sqrt(np.mean(np.sum(swaying**2, axis=1))))
+    return StandingAttitude(C_bn, covariance, _bias_shares(C_bn, place, grade), float(time[-1]), disturbance)
 
 
 def _two_directions(force_b: FloatArray, rate_b: FloatArray) -> FloatArray:
@@ -127,12 +129,27 @@ def _covariance(
     drift = _level_drift(velocity, duration, gravity)
     rate = (grade.gyro_bias**2 + grade.angle_random_walk**2 / duration) * np.eye(3)
     rate = rate + 2.0 * swaying / duration**2 + np.outer(drift, drift)
+    to_tilt, to_heading = _to_attitude(place)
+    moved = swaying + np.outer(drift, drift) * duration**2 / 4.0
+    return np.asarray(to_tilt @ force @ to_tilt.T + to_heading @ rate @ to_heading.T + moved, dtype=float)
+
+
+def _to_attitude(place: Place) -> tuple[FloatArray, FloatArray]:
+    """What errors of mean specific force (m/s^2) and of mean rate (rad/s), in n, do to phi: the equations above."""
     _, north, up = earth_rate_n(place.latitude)
+    gravity = float(normal_gravity(place.latitude, place.height))
     to_tilt = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [up / north, 0.0, 0.0]]) / gravity
     to_heading = np.zeros((3, 3))
     to_heading[2, 0] = -1.0 / north
-    moved = swaying + np.outer(drift, drift) * duration**2 / 4.0
-    return np.asarray(to_tilt @ force @ to_tilt.T + to_heading @ rate @ to_heading.T + moved, dtype=float)
+    return to_tilt, to_heading
+
+
+def _bias_shares(C_bn: FloatArray, place: Place, grade: SensorGrade) -> dict[str, Share]:
+    to_tilt, to_heading = _to_attitude(place)
+    return {
+        "accel_bias": Share(to_tilt @ C_bn, grade.accel_bias**2 * np.eye(3)),
+        "gyro_bias": Share(to_heading @ C_bn, grade.gyro_bias**2 * np.eye(3)),
+    }
 
 
 def _level_drift(velocity: FloatArray, duration: float, gravity: float) -> FloatArray:

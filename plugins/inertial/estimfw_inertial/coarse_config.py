@@ -42,6 +42,7 @@ def start_from(found: StandingAttitude, source: str, place: Place) -> InitialNom
     return InitialNominal(
         values={"C_bn": found.C_bn, "velocity_n": np.zeros(3)},
         covariance={"attitude": found.covariance},
+        shares={"attitude": found.shares},
         time=found.time,
         source=source,
         events=pole_events(place),

@@ -19,10 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.model.nominal import Share
 from estimfw_inertial.rotation import skew
 from estimfw_inertial.sensor_grade import SensorGrade
 
-__all__ = ["InertialFit", "fit_covariance", "slow_disturbance"]
+__all__ = ["InertialFit", "bias_shares", "fit_covariance", "slow_disturbance"]
 
 FloatArray = NDArray[np.float64]
 
@@ -56,20 +57,33 @@ class InertialFit:
 
 def fit_covariance(fit: InertialFit, grade: SensorGrade) -> FloatArray:
     """Covariance (3, 3), rad^2, of the attitude error phi at the end of the window, in n0."""
-    per_velocity = _per_velocity(fit.reference)
-    per_accel = _backward_sum(per_velocity[1:])
-    per_gyro = _backward_sum(-per_accel @ skew(fit.dvel)) - np.eye(3)
-    accel_bias = fit.period * np.einsum("kij,kjl->il", per_accel, fit.C_bn0)
-    gyro_bias = fit.period * np.einsum("kij,kjl->il", per_gyro, fit.C_bn0)
+    per_velocity, per_accel, per_gyro = _per_error(fit)
     parts = (
-        grade.accel_bias**2 * accel_bias @ accel_bias.T,
-        grade.gyro_bias**2 * gyro_bias @ gyro_bias.T,
+        *(s.sensitivity @ s.covariance @ s.sensitivity.T for s in bias_shares(fit, grade).values()),
         grade.velocity_random_walk**2 * fit.period * np.einsum("kij,klj->il", per_accel, per_accel),
         grade.angle_random_walk**2 * fit.period * np.einsum("kij,klj->il", per_gyro, per_gyro),
         np.einsum("kij,jm,klm->il", per_velocity, slow_disturbance(fit.residual), per_velocity, optimize=True),
     )
     total = np.sum(parts, axis=0)
     return np.asarray(0.5 * (total + total.T), dtype=float)
+
+
+def bias_shares(fit: InertialFit, grade: SensorGrade) -> dict[str, Share]:
+    """What biases in b do to phi at the end of the window, in n0."""
+    _, per_accel, per_gyro = _per_error(fit)
+    accel_bias = fit.period * np.einsum("kij,kjl->il", per_accel, fit.C_bn0)
+    gyro_bias = fit.period * np.einsum("kij,kjl->il", per_gyro, fit.C_bn0)
+    return {
+        "accel_bias": Share(accel_bias, grade.accel_bias**2 * np.eye(3)),
+        "gyro_bias": Share(gyro_bias, grade.gyro_bias**2 * np.eye(3)),
+    }
+
+
+def _per_error(fit: InertialFit) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Matrices (N, 3, 3) that take errors of each velocity, of each dvel and of each dtheta (in n0) to phi at the end."""
+    per_velocity = _per_velocity(fit.reference)
+    per_accel = _backward_sum(per_velocity[1:])
+    return per_velocity, per_accel, _backward_sum(-per_accel @ skew(fit.dvel)) - np.eye(3)
 
 
 def slow_disturbance(residual: FloatArray) -> FloatArray:

@@ -31,9 +31,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.data.record import Record
-from estimfw.model.nominal import InitialNominal
+from estimfw.model.nominal import InitialNominal, Share
 from estimfw_inertial.coarse_config import CoarseConfig, identity_start, start_from
-from estimfw_inertial.coarse_covariance import InertialFit, fit_covariance
+from estimfw_inertial.coarse_covariance import InertialFit, bias_shares, fit_covariance
 from estimfw_inertial.coarse_window import checked_place, window_at_start
 from estimfw_inertial.earth import earth_rate_n, normal_gravity
 from estimfw_inertial.inertial_path import inertial_path
@@ -116,9 +116,12 @@ def estimate_attitude(
     residual = observed @ C_b0n0.T - reference
     fit = InertialFit(reference, residual, np.diff(velocity, axis=0), C_b0n0 @ C_bb0[1:], period)
     C_n0n = exponential(-earth_rate_n(place.latitude) * elapsed[-1])
+    grade = grade or SensorGrade()
+    shares = bias_shares(fit, grade)
     return StandingAttitude(
         C_bn=C_n0n @ C_b0n0 @ C_bb0[-1],
-        covariance=C_n0n @ fit_covariance(fit, grade or SensorGrade()) @ C_n0n.T,
+        covariance=C_n0n @ fit_covariance(fit, grade) @ C_n0n.T,
+        shares={name: Share(C_n0n @ share.sensitivity, share.covariance) for name, share in shares.items()},
         time=float(time[-1]),
         disturbance=float(np.sqrt(np.mean(np.sum(residual**2, axis=1)))),
     )

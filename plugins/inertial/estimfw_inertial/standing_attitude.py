@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from estimfw.model.nominal import Share
 
 __all__ = ["StandingAttitude"]
 
@@ -22,6 +25,8 @@ class StandingAttitude:
         Takes a vector from b to n.
     covariance : (3, 3) array, rad^2
         Of phi in n, where the found attitude is ``exp(-[phi x])`` times the true one.
+    shares : mapping of str to Share
+        What of it the biases cause (``accel_bias``, ``gyro_bias``, in b).
     time : float, s
         The instant at which it holds: the end of the window.
     disturbance : float, m/s
@@ -30,5 +35,6 @@ class StandingAttitude:
 
     C_bn: FloatArray
     covariance: FloatArray
+    shares: Mapping[str, Share]
     time: float
     disturbance: float
