@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 DISTRIBUTIONS := -e . -e plugins/inertial -e plugins/sins_static
 
-.PHONY: demo test test-slow lint schemas clean
+.PHONY: demo test test-slow lint schemas picture clean
 
 $(VENV)/.installed: pyproject.toml plugins/inertial/pyproject.toml plugins/sins_static/pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "estimfw needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Try: make PYTHON=python3.12 demo")'
@@ -39,6 +39,10 @@ lint: $(VENV)/.installed-dev  ## Style, types, import rules, freshness of the sc
 
 schemas: $(VENV)/.installed  ## Write schemas/ anew
 	$(BIN)/estimfw schema --write schemas
+
+picture: $(VENV)/.installed  ## The picture of the README, made anew
+	$(BIN)/estimfw run examples/static_12.yaml --output results/static_12 --force
+	cp results/static_12/figures/outputs_attitude.png docs/static_12.png
 
 clean:
 	rm -rf $(VENV) results .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
+from types import FrameType
 
 import click
 
@@ -81,7 +85,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug, as_json = "--debug" in given, "--json" in given
     try:
-        result = cli.main([a for a in given if a != "--debug"], prog_name="estimfw", standalone_mode=False)
+        with _terminated_as_interrupted():
+            result = cli.main([a for a in given if a != "--debug"], prog_name="estimfw", standalone_mode=False)
         return result if isinstance(result, int) else 0
     except EstimfwError as error:
         return _report(error, as_json=as_json, debug=debug)
@@ -97,6 +102,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except Exception as error:
         return _report_bug(error, as_json=as_json, debug=debug)
+
+
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """SIGTERM ends the program as Ctrl-C does: what was half written is taken away, locks are released."""
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _usage_error(error: click.UsageError) -> UsageError:

@@ -16,7 +16,7 @@ from estimfw.report.decimate import kept_rows
 
 __all__ = ["Band", "Chart", "Curve", "Panel", "focused", "slug", "thinned"]
 
-OFF_SCALE = 5.0
+OFF_SCALE = 3.5
 SETTLED = 0.2
 
 
@@ -89,7 +89,7 @@ def thinned(time: FloatArray, columns: tuple[FloatArray, ...], limit: int) -> tu
 
 
 def focused(*columns: tuple[FloatArray, FloatArray]) -> tuple[float, float] | None:
-    """A vertical range without the first fifth of the run, where that makes the rest 5 times larger or more.
+    """A vertical range without the first fifth of the run, where that makes the rest 3.5 times larger or more.
 
     ``columns`` are (time, values), (N,) each; N may differ from one to the next.
 

@@ -79,15 +79,16 @@ def _end_row(end: EndValue, with_error: bool) -> tuple[Cell, ...]:
     return (*cells, Cell(plus_minus(error, sigma)[0]), Cell(significant(ratio, 2), tone))
 
 
-def disposition_table(dataset: xr.Dataset) -> Table:
-    """What became of each measurement, and whether its NIS is what chi-square says."""
-    rows = tuple(_disposition_row(one) for one in measurement_summaries(dataset))
-    head = ("measurement", "epochs", *DISPOSITIONS, "mean NIS", "expected", "verdict")
-    return Table(head, rows, frozenset(range(1, len(DISPOSITIONS) + 4)))
+def disposition_table(dataset: xr.Dataset, *, brief: bool = False) -> Table:
+    """What became of each measurement, and whether its NIS is what chi-square says; ``brief`` leaves out what never was."""
+    measurements = measurement_summaries(dataset)
+    words = [w for w in DISPOSITIONS if w == "fused" or not brief or any(one.counts[w] for one in measurements)]
+    head = ("measurement", "epochs", *words, "mean NIS", "expected", "verdict")
+    return Table(head, tuple(_disposition_row(one, words) for one in measurements), frozenset(range(1, len(words) + 4)))
 
 
-def _disposition_row(one: MeasurementSummary) -> tuple[Cell, ...]:
-    counts = [Cell(count(n), "warn" if n and word != "fused" else "") for word, n in one.counts.items()]
+def _disposition_row(one: MeasurementSummary, words: list[str]) -> tuple[Cell, ...]:
+    counts = [Cell(count(one.counts[w]), "warn" if one.counts[w] and w != "fused" else "") for w in words]
     means = (Cell(significant(one.nis_mean, 3)), Cell(plain(one.freedom)))
     verdict = nis_verdict(one)
     return (Cell(one.name), Cell(count(one.total)), *counts, *means, Cell(verdict.text, verdict.tone))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console
 from rich.table import Table as RichTable
@@ -46,7 +46,7 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
     if caveat:
         console.print(Text(caveat, style=TONES["warn"]))
     _print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
-    _print_table(console, "Measurements", disposition_table(dataset))
+    _print_table(console, "Measurements", disposition_table(dataset, brief=True))
     _print_table(console, "Events", event_table(dataset, EVENTS_SHOWN))
 
 
@@ -71,7 +71,9 @@ def _print_table(console: Console, title: str, content: Table) -> None:
         title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, padding=(0, 2, 0, 0)
     )
     for column, head in enumerate(content.head):
-        shown.add_column(Text(head, style="dim"), justify="right" if column in content.numeric else "left")
+        justify: Literal["left", "right"] = "right" if column in content.numeric else "left"
+        last = column == len(content.head) - 1
+        shown.add_column(Text(head, style="dim"), justify=justify, no_wrap=not last, overflow="fold")
     for row in content.rows:
         shown.add_row(*(Text(cell.text, style=TONES.get(cell.tone, "")) for cell in row))
     console.print()

@@ -10,7 +10,7 @@ from matplotlib.ticker import Formatter, Locator, LogLocator, MaxNLocator
 
 __all__ = ["LinearLabels", "LogLabels", "log_locator", "power_of_ten"]
 
-SMALLEST, LARGEST = 1e-4, 1e6
+SMALLEST, LARGEST = 1e-4, 1e5
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -23,7 +23,7 @@ class LinearLabels(Formatter):
     def format_ticks(self, values: Sequence[float]) -> list[str]:
         """The labels of ticks at ``values``."""
         largest = max((abs(value) for value in values), default=0.0)
-        if largest and not SMALLEST <= largest < LARGEST:
+        if 0 < largest < SMALLEST or _spacing(values) >= LARGEST:
             return [power_of_ten(value) for value in values]
         decimals = _decimals(values)
         return [_minus(f"{value:.{decimals}f}") for value in values]
@@ -57,12 +57,16 @@ def power_of_ten(value: float) -> str:
 
 def _decimals(values: Sequence[float]) -> int:
     """So many that neighbours differ and none is off by more than a hundredth of the spacing."""
-    steps = [abs(b - a) for a, b in pairwise(values) if b != a]
-    step = min(steps, default=max((abs(value) for value in values), default=1.0)) or 1.0
+    step = _spacing(values)
     for decimals in range(12):
         if all(abs(value - round(value, decimals)) < 0.01 * step for value in values):
             return decimals
     return 12
+
+
+def _spacing(values: Sequence[float]) -> float:
+    steps = [abs(b - a) for a, b in pairwise(values) if b != a]
+    return min(steps, default=max((abs(value) for value in values), default=0.0)) or 1.0
 
 
 def _minus(text: str) -> str:

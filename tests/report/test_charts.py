@@ -1,0 +1,113 @@
+"""What is drawn: the truth stays in view, angles have no jumps, and thinning loses no extreme."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from estimfw.report.angles import beside, unwrapped
+from estimfw.report.charts import charts_of
+from estimfw.report.panel import Chart, focused
+
+Results = Callable[..., xr.Dataset]
+DEG = np.pi / 180
+
+
+def chart(dataset: xr.Dataset, key: str, limit: int = 4000) -> Chart:
+    (found,) = (one for one in charts_of(dataset, limit) if one.key == key)
+    return found
+
+
+def test_a_yaw_that_crosses_the_cut_is_one_curve_beside_its_truth(make_result: Results) -> None:
+    result = make_result()
+    raw = result["output_value"].to_numpy()[:, 0]
+    assert np.abs(np.diff(raw)).max() > np.pi, "the fixture is meant to jump"
+    yaw = chart(result, "outputs_attitude").panels[0]
+    estimate, truth = yaw.curves
+    assert np.abs(np.diff(estimate.values)).max() < 180
+    assert np.abs(estimate.values - truth.values).max() < 180
+    assert np.isclose(estimate.values[-1], raw[-1] / DEG)
+    turns = (estimate.values - raw / DEG) / 360
+    assert np.allclose(turns, np.round(turns))
+    assert "whole turn" in chart(result, "outputs_attitude").note
+
+
+def test_angles_that_stay_in_their_range_need_no_note(make_result: Results) -> None:
+    result = make_result().isel(output=[1, 2])
+    assert "turn" not in chart(result, "outputs_attitude").note
+
+
+def test_unwrapping_leaves_gaps_alone() -> None:
+    angle = np.array([3.0, np.nan, -3.1, np.nan, -3.0])
+    np.testing.assert_allclose(unwrapped(angle), [3.0 - 2 * np.pi, np.nan, -3.1, np.nan, -3.0])
+    np.testing.assert_allclose(beside(np.array([3.1, 1.0]), np.array([-3.1, np.nan])), [3.1 - 2 * np.pi, 1.0])
+
+
+def test_the_truth_is_in_view_even_far_outside_of_the_band(make_result: Results) -> None:
+    result = make_result()
+    result["output_truth"][:, 1] += 20 * DEG
+    view = chart(result, "outputs_attitude").panels[1].view
+    true = result["output_truth"].to_numpy()[-1, 1] / DEG
+    assert view is None or view[0] < true < view[1]
+
+
+def test_a_start_that_hides_the_end_is_left_out_of_view_and_said(make_result: Results) -> None:
+    pitch = chart(make_result(), "output_errors_attitude")
+    assert "leave out how the run starts" in pitch.note
+    low, high = pitch.panels[1].view or (np.nan, np.nan)
+    upper = pitch.panels[1].bands[0].upper
+    assert upper[150:].max() < high < upper.max() / 2
+    assert -upper.max() / 2 < low < -upper[150:].max()
+
+
+def test_a_signal_that_only_moves_is_shown_whole() -> None:
+    time = np.linspace(0, 100, 200)
+    assert focused((time, 0.44 * time), (time, 0.44 * time + 1)) is None
+    assert focused((time, np.zeros(200)), (time, np.full(200, 3.0))) is None
+
+
+def test_thinned_charts_keep_extremes_and_ends_of_a_long_record(make_result: Results) -> None:
+    result = make_result(92_000, rate=50.0)
+    result["error"][41_234, 0] = 77.0
+    result["zero_velocity_innovation"][60_001, 1] = -55.0
+    errors = chart(result, "state_errors_velocity_error", 400).panels[0].curves[0]
+    assert errors.time.size <= 400
+    assert errors.values.max() == 77.0
+    assert errors.time[0] == result["time"][0] and errors.time[-1] == result["time"][-1]
+    row = chart(result, "innovations_zero_velocity", 400).panels[1]
+    assert min(curve.values.min() for curve in row.curves) == -55.0
+
+
+def test_long_records_count_in_hours(make_result: Results) -> None:
+    result = make_result(8000, rate=1.0)
+    assert {one.time_unit for one in charts_of(result, 100)} == {"h"}
+    assert np.isclose(chart(result, "sigmas", 100).panels[0].curves[0].time[-1], 8000 / 3600)
+
+
+def test_what_the_result_lacks_is_not_drawn(make_result: Results) -> None:
+    bare = make_result(truth=False, outputs=False, sigma=False, measurements=())
+    assert {one.section for one in charts_of(bare, 4000)} == {"states"}
+    assert (
+        charts_of(make_result(states=False, outputs=True, truth=False, measurements=()), 4000)[0].section == "outputs"
+    )
+
+
+def test_every_disposition_has_its_own_mark(make_result: Results) -> None:
+    row = chart(make_result(), "innovations_zero_velocity").panels[0]
+    styles = {curve.name: curve.style for curve in row.curves}
+    assert styles == {"fused": "dots", "gated": "crosses", "late": "crosses"}
+    assert len({curve.colour for curve in row.curves}) == 3
+
+
+def test_largest_sets_of_states_are_split_into_readable_charts(make_result: Results) -> None:
+    many = make_result()
+    wide = xr.concat([many.drop_vars([v for v in many.variables if "state" not in many[v].dims])] * 4, dim="state")
+    wide = wide.assign_coords(state=[f"clock[{k}]" for k in range(28)], time=many["time"])
+    wide["state_display_unit"] = ("state", ["m"] * 28)
+    wide["state_display_scale"] = ("state", np.ones(28))
+    charts = charts_of(wide, 500)
+    assert max(len(one.panels) for one in charts) <= 6
+    assert sum(len(one.panels) for one in charts if one.section == "states") == 28
+    assert len({one.key for one in charts}) == len(charts)
