@@ -110,19 +110,19 @@ def step(state: FloatArray, sample: FloatArray, params: FloatArray) -> tuple[Flo
     rate = earth + transport
     turns = exponential(np.stack([-0.5 * dt * rate, -dt * rate, -on.point * dt * rate, phi, on.point * phi]))
 
-    V_new = V + _times(turns[0] @ C, push)
+    V_new = V + _times(turns[0], _times(C, push))
     V_new[..., 2] -= place[..., 2] * dt[..., 0]
     if on.coriolis:
         V_new -= _times(skew(2.0 * earth + transport), V) * dt
     if not on.vertical_channel:
         V_new[..., 2] = 0.0
-    C_new = turns[1] @ C @ turns[3]
+    C_new = _product(_product(turns[1], C), turns[3])
     position = _moved(state[..., 12:], V + V_new, dt[..., 0], place) if on.position_update else state[..., 12:]
     new = np.concatenate([C_new.reshape((*lead, 9)), V_new, position], axis=-1)
 
     mean_force, mean_rate = dvel / dt, phi / dt
     end = _place_of(new, on)
-    C_point = turns[2] @ C @ turns[4]
+    C_point = _product(_product(turns[2], C), turns[4])
     V_point, place_point = V + on.point * (V_new - V), place + on.point * (end - place)
     process_row = row_of(
         C_point, _times(C_point, mean_force), _times(C_point, mean_rate) - rate, V_point, place_point, on
@@ -135,7 +135,7 @@ def correct(state: FloatArray, delta: FloatArray, params: FloatArray) -> FloatAr
     lead = np.broadcast_shapes(state.shape[:-1], delta.shape[:-1])
     new = np.broadcast_to(state, (*lead, N_STATE)).copy()
     C = new[..., :9].reshape((*lead, 3, 3))
-    new[..., :9] = (exponential(delta[..., 3:6]) @ C).reshape((*lead, 9))
+    new[..., :9] = _product(exponential(delta[..., 3:6]), C).reshape((*lead, 9))
     new[..., 9:12] -= delta[..., :3]
     if not switches(params).vertical_channel:
         new[..., 11] = 0.0
@@ -195,5 +195,15 @@ def _moved(position: FloatArray, V_twice: FloatArray, dt: FloatArray, place: Flo
     return np.stack([latitude, longitude, position[..., 2] + path[..., 2]], axis=-1)
 
 
-def _times(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    return np.asarray((matrix @ vector[..., None])[..., 0])
+def _times(A: FloatArray, v: FloatArray) -> FloatArray:
+    """A v, summed from left to right as the compiled loop does, so that the two stay equal over a long run."""
+    return A[..., 0] * v[..., 0, None] + A[..., 1] * v[..., 1, None] + A[..., 2] * v[..., 2, None]
+
+
+def _product(A: FloatArray, B: FloatArray) -> FloatArray:
+    """A B, summed as `_times` does it."""
+    return (
+        A[..., 0, None] * B[..., None, 0, :]
+        + A[..., 1, None] * B[..., None, 1, :]
+        + A[..., 2, None] * B[..., None, 2, :]
+    )
