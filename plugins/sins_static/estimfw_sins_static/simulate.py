@@ -5,17 +5,22 @@ Increments over an interval dt, exact for the motion (spec of the experiment, on
     dtheta = log(C_k^T exp([omega_ie dt x]) C_k+1) + eps dt + ARW sqrt(dt) n_g
     dv     = C_mid^T f_n dt + a dt + VRW sqrt(dt) n_a
 
-At rest these are (C^T omega_ie + eps) dt and (C^T f_n + a) dt. The start is exp(-[phi x]) C.
+At rest these are (C^T omega_ie + eps) dt and (C^T f_n + a) dt. The start is exp(-[phi x]) C. Scale factors, slow drifts and
+quantisation come in with ``imu``; see `estimfw_inertial.imu_errors`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
 from estimfw_inertial.earth import earth_rate_n, normal_gravity
+from estimfw_inertial.imu_errors import ImuErrors, RealisedErrors, SensorErrors, apply
+from estimfw_inertial.imu_errors_config import ImuErrorsConfig, imu_errors
+from estimfw_inertial.increments import IMU_COLUMNS
 from numpy.typing import NDArray
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from estimfw.config.types import (
@@ -36,8 +41,13 @@ __all__ = ["SimulateConfig", "Simulation", "simulate"]
 FloatArray = NDArray[np.float64]
 DEGREE = np.pi / 180.0
 STANDARD_GRAVITY = 9.80665
-AngleWalk = Annotated[tuple[float, float, float], non_negative_quantity_vector("rad/sqrt(s)", 3)]
-VelocityWalk = Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s/sqrt(s)", 3)]
+#: The fields that ``imu`` stands for, and where it has them.
+_INSTEAD = {
+    "gyro_bias": "gyro: {bias: ...}",
+    "accel_bias": "accel: {bias: ...}",
+    "gyro_noise": "gyro: {random_walk: ...}",
+    "accel_noise": "accel: {random_walk: ...}",
+}
 
 
 class SwayConfig(Settings):
@@ -50,7 +60,8 @@ class SwayConfig(Settings):
 class SimulateConfig(Settings):
     """The base stands at ``initial_attitude``; the filter starts misaligned from it.
 
-    ``noise: false`` switches the white noises off; the biases stay. The defaults are the paper's sensors.
+    ``noise: false`` switches the white noises off; the biases stay. The defaults are the paper's sensors; ``imu`` stands for
+    any others, such as ``{grade: tactical}``, and takes the place of the four biases and noises.
     """
 
     kind: Literal["sins_static.simulate"]
@@ -67,6 +78,7 @@ class SimulateConfig(Settings):
     accel_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s/sqrt(s)", 3)] = (
         10e-6 * STANDARD_GRAVITY,
     ) * 3
+    imu: Annotated[ImuErrorsConfig | None, Field(description="errors of the sensors, by grade or figure")] = None
     velocity_noise: Annotated[float, non_negative_quantity("m/s")] = 0.0
     sway: SwayConfig | None = None
 
@@ -85,6 +97,11 @@ class Simulation:
         return {"b": 0.0 if self.cfg.sway is None else 2.0 * float(np.linalg.norm(self.cfg.sway.amplitude))}
 
     @property
+    def start_values(self) -> dict[str, FloatArray]:
+        """Where the mechanization starts: misaligned from the attitude that the vehicle stands at."""
+        return {"C_bn": self._start()}
+
+    @property
     def seed(self) -> int:
         return self.cfg.seed
 
@@ -94,21 +111,18 @@ class Simulation:
         count = round(cfg.duration * cfg.rate)
         if count < 1:
             raise ConfigError(f"source: {cfg.duration:g} s at {cfg.rate:g} Hz is not even one sample")
-        refuse_too_large(8.0 * 120.0 * count, f"{count:.3g} samples of an IMU", "a shorter `duration` or a lower `rate`")
+        refuse_too_large(
+            8.0 * 120.0 * count, f"{count:.3g} samples of an IMU", "a shorter `duration` or a lower `rate`"
+        )
         time = dt * np.arange(1, count + 1, dtype=np.float64)
         edges, middles = self._attitude(dt * np.arange(count + 1, dtype=np.float64)), self._attitude(time - 0.5 * dt)
-        dtheta, dvel = ideal_increments(edges, middles, self.site, dt)
         streams = np.random.SeedSequence(cfg.seed).spawn(2)
-        dtheta, dvel = dtheta + np.array(cfg.gyro_bias) * dt, dvel + np.array(cfg.accel_bias) * dt
-        if cfg.noise:
-            drawn = np.random.default_rng(streams[0]).standard_normal((count, 6))
-            dtheta = dtheta + drawn[:, :3] * np.array(cfg.gyro_noise) * np.sqrt(dt)
-            dvel = dvel + drawn[:, 3:] * np.array(cfg.accel_noise) * np.sqrt(dt)
-        columns = tuple(f"{what}_{axis}" for what in ("dtheta", "dvel") for axis in "xyz")
-        imu = Stream("imu", time, np.hstack([dtheta, dvel]), columns, "increment", dt)
+        true = np.hstack(ideal_increments(edges, middles, self.site, dt))
+        measured, realised = apply(true, dt, np.random.default_rng(streams[0]), self._errors())
+        imu = Stream("imu", time, measured, IMU_COLUMNS, "increment", dt)
         return Record(
             streams={"imu": imu, **self._velocity_reference(time, streams[1])},
-            truth=self._truth(time, edges[1:]),
+            truth=_truth(time, edges[1:], realised),
             initial={"C_bn": self._start()},
             attributes={"source": "sins_static.simulate", "seed": cfg.seed},
         )
@@ -131,17 +145,29 @@ class Simulation:
         values = self.cfg.velocity_noise * rng.standard_normal((time.size, 3))
         return {"velocity_reference": Stream("velocity_reference", time, values, ("E", "N", "U"), "sample", time[0])}
 
-    def _truth(self, time: FloatArray, C_bn: FloatArray) -> Truth:
-        zero = np.zeros((time.size, 3))
-        return Truth(
-            time,
-            {
-                "C_bn": np.asarray(C_bn),
-                "velocity_n": zero,
-                "accel_bias_b": zero + np.array(self.cfg.accel_bias),
-                "gyro_bias_b": zero + np.array(self.cfg.gyro_bias),
-            },
-        )
+    def _errors(self) -> ImuErrors:
+        cfg = self.cfg
+        if cfg.imu is not None:
+            errors = imu_errors(cfg.imu)
+        else:
+            errors = ImuErrors(
+                SensorErrors(bias=cfg.gyro_bias, random_walk=cfg.gyro_noise),
+                SensorErrors(bias=cfg.accel_bias, random_walk=cfg.accel_noise),
+            )
+        if cfg.noise:
+            return errors
+        return ImuErrors(replace(errors.gyro, random_walk=0.0), replace(errors.accel, random_walk=0.0))
+
+
+def _truth(time: FloatArray, C_bn: FloatArray, realised: RealisedErrors) -> Truth:
+    """Biases are what was drawn for the run, with their drift; a scale factor is no bias."""
+    values = {
+        "C_bn": np.asarray(C_bn),
+        "velocity_n": np.zeros((time.size, 3)),
+        "accel_bias_b": realised.accel.bias,
+        "gyro_bias_b": realised.gyro.bias,
+    }
+    return Truth(time, values)
 
 
 def ideal_increments(edges: FloatArray, middles: FloatArray, site: Site, dt: float) -> tuple[FloatArray, FloatArray]:
@@ -171,5 +197,11 @@ def simulate(cfg: SimulateConfig, site: Site | None, initial: InitialNominal | N
     """The source of the paper's experiment; it needs a site, and the true attitude from ``initial_attitude``."""
     if site is None:
         raise ConfigError("source sins_static.simulate needs a site", hint="add: site: {latitude: 34 deg}")
+    given = [name for name in _INSTEAD if name in cfg.model_fields_set] if cfg.imu is not None else []
+    if given:
+        raise ConfigError(
+            f"source sins_static.simulate has `imu` and `{given[0]}`, which say the same",
+            hint=f"move `{given[0]}` into `imu`, as `{_INSTEAD[given[0]]}`",
+        )
     C_bn = initial.values["C_bn"] if initial is not None else np.eye(3)
     return Simulation(cfg, site, np.asarray(C_bn, dtype=float))
