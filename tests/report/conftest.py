@@ -28,7 +28,8 @@ OUTPUTS = {"yaw": 179.98, "pitch": 0.8, "roll": 0.3, "heading": 180.02}
 
 def shrinking(time: np.ndarray, start: float, end: float) -> np.ndarray:
     """A sigma (N,) that falls like the root of information from ``start`` towards ``end``."""
-    return end + (start - end) / np.sqrt(1 + (time / 30) ** 2)
+    sigma: np.ndarray = end + (start - end) / np.sqrt(1 + (time / 30) ** 2)
+    return sigma
 
 
 def wandering(rng: np.random.Generator, steps: int) -> np.ndarray:

@@ -26,7 +26,7 @@ Results = Callable[..., xr.Dataset]
 def drawn(chart: Chart) -> Figure:
     with matplotlib.rc_context(STYLE):
         figure = draw(chart)
-        FigureCanvasAgg(figure).draw()
+        FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
     return figure
 
 

@@ -57,7 +57,7 @@ def test_logarithmic_labels_are_plain_near_one() -> None:
 @given(st.floats(1e-12, 1e6), st.floats(1.1, 1e12))
 def test_a_logarithmic_axis_has_a_handful_of_ticks(low: float, ratio: float) -> None:
     locator = log_locator(float(np.log10(ratio)))
-    locator.create_dummy_axis()  # type: ignore[attr-defined]
+    locator.create_dummy_axis()
     ticks = np.asarray(locator.tick_values(low, low * ratio))
     inside = ticks[(ticks >= low * 0.999) & (ticks <= low * ratio * 1.001)]
     assert 1 <= inside.size <= 9

@@ -1,0 +1,120 @@
+"""``estimfw run``: data on standard output, the rest on standard error, and nothing lost that was there before."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimfw.run.result_file import read_result
+
+Run = Callable[..., Any]
+STATIC = ("run", "examples/static_7.yaml", "--set", "source.duration=20 s")
+TRACKER = ("run", "examples/tracker.yaml", "--set", "source.duration=10 s")
+
+
+def test_a_run_writes_result_summary_page_and_pictures_and_says_where(estimfw: Run) -> None:
+    told = estimfw(*STATIC)
+    assert told.code == 0
+    folder = Path("results/static_7")
+    assert {p.name for p in folder.iterdir()} >= {"result.nc", "summary.json", "report.html", "figures"}
+    pictures = sorted(p.name for p in (folder / "figures").iterdir())
+    assert "outputs_attitude.png" in pictures and "nis_zero_velocity.png" in pictures
+    assert f"{len(pictures)} pictures" in told.err and str(folder) in told.err
+    assert "wrote" not in told.out
+    assert json.loads((folder / "summary.json").read_text())["steps"] == 20
+    assert read_result(folder / "result.nc").sizes["time"] == 20
+
+
+def test_the_reduced_model_is_told_at_the_terminal_and_on_the_page(estimfw: Run) -> None:
+    told = estimfw(*STATIC)
+    line = "The sigmas are the reduced filter's own"
+    assert line in told.out
+    assert line in Path("results/static_7/report.html").read_text().replace("&#x27;", "'")
+
+
+def test_json_alone_writes_no_file_and_nothing_else_on_standard_output(estimfw: Run) -> None:
+    told = estimfw(*STATIC, "--json")
+    answer = json.loads(told.out)
+    assert not list(Path().iterdir())
+    assert told.err == ""
+    assert set(answer["attitude"]) == {"yaw", "pitch", "roll", "heading"}
+    assert answer["dispositions"]["fused"] == 20
+    assert answer["provenance"]["kernel"] == "numpy"
+
+
+def test_json_into_a_folder_answers_the_same(estimfw: Run) -> None:
+    alone = json.loads(estimfw(*STATIC, "--json").out)
+    beside = json.loads(estimfw(*STATIC, "--json", "-o", "here", "--no-report").out)
+    del alone["timing"], beside["timing"]
+    assert alone == beside
+    assert {p.name for p in Path("here").iterdir()} == {"result.nc", "summary.json"}
+
+
+def test_a_second_run_needs_force_and_is_refused_before_it_computes(
+    estimfw: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert estimfw(*TRACKER, "--no-report").code == 0
+    before = {p: p.read_bytes() for p in Path("results/tracker").iterdir()}
+    with monkeypatch.context() as patch:
+        patch.setattr("estimfw.run.run.run_problem", lambda *_: pytest.fail("the filter ran for nothing"))
+        told = estimfw(*TRACKER, "--no-report")
+    assert told.code == 5
+    assert "exists" in told.err and "--force" in told.err
+    assert {p: p.read_bytes() for p in Path("results/tracker").iterdir()} == before
+    assert estimfw(*TRACKER, "--no-report", "--force", "--set", "source.seed=5").code == 0
+    assert Path("results/tracker/result.nc").read_bytes() != before[Path("results/tracker/result.nc")]
+
+
+def test_csv_has_every_output_in_its_unit_at_every_epoch(estimfw: Run) -> None:
+    assert estimfw(*STATIC, "--csv", "--no-report").code == 0
+    head, *rows = csv.reader(Path("results/static_7/outputs.csv").read_text().splitlines())
+    assert head[:3] == ["time [s]", "attitude.yaw [deg]", "attitude.yaw sigma [deg]"]
+    table = np.array(rows, dtype=float)
+    result = read_result(Path("results/static_7/result.nc"))
+    np.testing.assert_allclose(table[:, 0], result["time"], rtol=1e-11)
+    np.testing.assert_allclose(np.radians(table[:, 1]), result["output_value"][:, 0], rtol=1e-10)
+    np.testing.assert_allclose(np.radians(table[:, 2]), result["output_sigma"][:, 0], rtol=1e-10)
+
+
+def test_an_existing_csv_is_not_replaced_without_force(estimfw: Run) -> None:
+    Path("results/static_7").mkdir(parents=True)
+    Path("results/static_7/outputs.csv").write_text("mine")
+    assert estimfw(*STATIC, "--csv", "--no-report").code == 5
+    assert Path("results/static_7/outputs.csv").read_text() == "mine"
+    assert not Path("results/static_7/result.nc").exists()
+
+
+def test_at_answers_for_that_instant_and_writes_the_whole(estimfw: Run) -> None:
+    whole = json.loads(estimfw(*STATIC, "--json").out)
+    early = json.loads(estimfw(*STATIC, "--json", "--at", "10").out)
+    assert (whole["time"], early["time"]) == (20.0, 10.0)
+    assert early["attitude"]["pitch"]["sigma"] > whole["attitude"]["pitch"]["sigma"]
+    told = estimfw(*STATIC, "--at", "10", "--no-report")
+    assert "At 10 s" in told.out and "At the end" not in told.out
+    assert read_result(Path("results/static_7/result.nc")).sizes["time"] == 20
+
+
+def test_an_instant_outside_of_the_run_is_refused_and_nothing_is_written(estimfw: Run) -> None:
+    told = estimfw(*STATIC, "--at", "999")
+    assert told.code == 2
+    assert "outside the run" in told.err
+    assert not list(Path("results/static_7").glob("*"))
+
+
+def test_a_terminal_sees_progress_and_a_pipe_sees_the_result(at_a_terminal: Run) -> None:
+    told = at_a_terminal(*TRACKER)
+    assert told.code == 0
+    assert "filtering" in told.err and "writing the result" in told.err
+    assert "position[x]" in told.out
+    assert "\x1b" not in told.out and "filtering" not in told.out
+
+
+def test_without_a_terminal_there_is_no_progress(estimfw: Run) -> None:
+    told = estimfw(*TRACKER, "--no-report")
+    assert "filtering" not in told.err and "\x1b" not in told.err
