@@ -53,8 +53,8 @@ class MotionMonitor:
             raise DataError(
                 f"monitor {self.name!r} needs the stream 'imu'", hint=f"there are: {', '.join(record.streams)}"
             )
-        time, rate, force = window_means(record.streams["imu"], self.cfg.window)
-        if not time.size:
+        ends, rate, force = window_means(record.streams["imu"], self.cfg.window)
+        if not len(rate):
             return Findings(())
         turning = np.linalg.norm(rate, axis=1) > self.cfg.rate
         pushed = (
@@ -63,17 +63,17 @@ class MotionMonitor:
         )
         stretches, count = runs_of(turning | pushed)
         windows = [np.flatnonzero(np.asarray(stretches) == k) for k in range(1, count + 1)]
-        events = tuple(self._event(w, time, turning, pushed) for w in windows)
+        events = tuple(self._event(w, ends, turning, pushed) for w in windows)
         if not events or self.cfg.action == "flag":
             return Findings(events)
         if self.cfg.action == "stop":
             return Findings(events, stop=events[0].time)
-        return Findings(events, restarts=tuple(float(time[w[-1]]) + self.cfg.window for w in windows))
+        return Findings(events, restarts=tuple(float(ends[w[-1], 1]) for w in windows))
 
     def _event(
-        self, windows: NDArray[np.int64], time: FloatArray, turning: NDArray[np.bool_], pushed: NDArray[np.bool_]
+        self, windows: NDArray[np.int64], ends: FloatArray, turning: NDArray[np.bool_], pushed: NDArray[np.bool_]
     ) -> Event:
-        start, stop = time[windows[0]], time[windows[-1]] + self.cfg.window
+        start, stop = ends[windows[0], 0], ends[windows[-1], 1]
         what = " and ".join(
             w for w, seen in (("turns", turning[windows].any()), ("accelerates", pushed[windows].any())) if seen
         )
@@ -82,15 +82,19 @@ class MotionMonitor:
 
 
 def window_means(imu: Stream, window: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Start times (W,) s, mean rate (W, 3) rad/s and mean specific force (W, 3) m/s^2 of whole windows."""
+    """Start and end (W, 2) s, mean rate (W, 3) rad/s and mean specific force (W, 3) m/s^2 of whole windows.
+
+    Rows that are not finite do not count; a window of nothing else has NaN means.
+    """
     period = imu.period or float(np.median(np.diff(imu.time)))
     per = max(1, round(window / period))
     count = len(imu) // per
-    if count == 0:
-        return np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
-    means = np.nanmean(imu.values[: count * per, :6].reshape(count, per, 6), axis=1) / period
-    start = imu.time[: count * per : per] - period
-    return start, means[:, :3], means[:, 3:]
+    time = imu.time[: count * per].reshape(count, per)
+    values = imu.values[: count * per, :6].reshape(count, per, 6)
+    good = np.isfinite(values).all(axis=2, keepdims=True)
+    rows = good.sum(axis=1)
+    means = np.where(good, values, 0.0).sum(axis=1) / np.where(rows, rows, np.nan) / period
+    return np.stack([time[:, 0] - period, time[:, -1]], axis=1), means[:, :3], means[:, 3:]
 
 
 def motion(name: str, cfg: MotionConfig, site: Site | None) -> MotionMonitor:
