@@ -37,7 +37,7 @@ def fed(problem: Problem, record: Record, periods: bool = True) -> list[Estimate
         for t in sorted({t for t, *_ in rows}):
             estimates.append(session.advance(t))
         return estimates
-    for t, aiding, name, k in [r for r in rows if r[1]]:
+    for t, _, name, k in [r for r in rows if r[1]]:
         session.measure(name, t, record.streams[name].values[k])
     for t, values in zip(record.streams[driver].time, record.streams[driver].values, strict=True):
         if (estimate := session.push(t, values)) is not None:
