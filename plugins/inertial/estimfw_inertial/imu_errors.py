@@ -18,7 +18,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import lfilter
 
 __all__ = ["ImuErrors", "RealisedErrors", "RealisedSensor", "SensorErrors", "apply", "gauss_markov", "quantised"]
 
@@ -105,8 +104,8 @@ def apply(
         True dtheta (rad) and dvel (m/s) in b over N intervals; every leading axis is a run of its own.
     period : float, s
     rng : Generator
-        All chance comes from here, always the same numbers for the same shape: an error that is switched off leaves the others
-        as they were.
+        All chance comes from its children, one for each kind of error: an error that is switched off leaves the others as they
+        were, and the record of a run begins as a shorter one of the same seed.
     errors : ImuErrors
 
     Returns
@@ -115,8 +114,9 @@ def apply(
     realised : RealisedErrors
     """
     u = np.asarray(increments, dtype=float)
-    dtheta, gyro = _measured(u[..., :3], period, rng, errors.gyro)
-    dvel, accel = _measured(u[..., 3:], period, rng, errors.accel)
+    of_gyro, of_accel = rng.spawn(2)
+    dtheta, gyro = _measured(u[..., :3], period, of_gyro, errors.gyro)
+    dvel, accel = _measured(u[..., 3:], period, of_accel, errors.accel)
     return np.concatenate([dtheta, dvel], axis=-1), RealisedErrors(gyro, accel)
 
 
@@ -124,11 +124,12 @@ def _measured(
     u: FloatArray, period: float, rng: np.random.Generator, e: SensorErrors
 ) -> tuple[FloatArray, RealisedSensor]:
     runs = (*u.shape[:-2], 3)
-    bias = np.asarray(e.bias) + np.asarray(e.bias_sigma) * rng.standard_normal(runs)
-    scale = np.asarray(e.scale_factor) + np.asarray(e.scale_factor_sigma) * rng.standard_normal(runs)
-    markov = gauss_markov(rng.standard_normal(u.shape), period, e.markov_sigma, e.markov_time)
-    white = np.asarray(e.random_walk) * np.sqrt(period) * rng.standard_normal(u.shape)
-    fraction = rng.uniform(-0.5, 0.5, runs)
+    of_run, of_drift, of_noise = rng.spawn(3)
+    bias = np.asarray(e.bias) + np.asarray(e.bias_sigma) * of_run.standard_normal(runs)
+    scale = np.asarray(e.scale_factor) + np.asarray(e.scale_factor_sigma) * of_run.standard_normal(runs)
+    fraction = of_run.uniform(-0.5, 0.5, runs)
+    markov = gauss_markov(of_drift.standard_normal(u.shape), period, e.markov_sigma, e.markov_time)
+    white = np.asarray(e.random_walk) * np.sqrt(period) * of_noise.standard_normal(u.shape)
     real = RealisedSensor(bias, markov, scale)
     total = (1.0 + scale[..., None, :]) * u + real.bias * period + white
     return quantised(total, np.broadcast_to(np.asarray(e.quantum, dtype=float), 3), fraction), real
@@ -144,6 +145,10 @@ def gauss_markov(noise: FloatArray, period: float, sigma: PerAxis, time: PerAxis
         np.broadcast_to(np.asarray(time, dtype=float), 3),
     )
     out = np.zeros(noise.shape)
+    if not deviation.any():
+        return out
+    from scipy.signal import lfilter  # slow to import, and most runs do not need it
+
     for axis in np.flatnonzero(deviation):
         decay = np.exp(-period / tau[axis])
         driven = noise[..., axis] * np.sqrt(-np.expm1(-2.0 * period / tau[axis]))
