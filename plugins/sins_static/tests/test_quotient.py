@@ -71,8 +71,7 @@ def test_dynamics_and_measurement_commute_with_the_quotient(coriolis: bool, pair
     np.testing.assert_array_equal(H_10, H_7 @ T)
 
 
-@pytest.mark.parametrize("kernel", ["numpy", "numba"])
-@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize(("kernel", "coriolis"), [("numpy", False), ("numba", False), ("numba", True)])
 @pytest.mark.parametrize(
     ("attitude", "misalignment"),
     [((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)), ((40.0, 20.0, -30.0), (10.0, -5.0, 8.0)), ((-170.0, -60.0, 90.0), (3.0, 9.0, 1.0))],
