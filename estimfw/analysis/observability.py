@@ -112,8 +112,9 @@ def least_determined_removable(
     """The states to delete so that the rest is observable, least determined first.
 
     Deleting a set S of states that the others do not drive (biases) leaves an observable rest where the rows S of the kernel
-    are independent and as many as its columns; where the others drive them, look at the rank of the rest. Of all such sets without protected states the one of the largest sum of degrees is taken (greedy, which is exact for
-    independent rows); ties go by state order.
+    are independent and as many as its columns; where the others drive them, look at the rank of the rest. Of all such sets
+    without protected states the one of the largest sum of degrees is taken (greedy, which is exact for independent rows);
+    ties go by state order.
 
     Returns
     -------
