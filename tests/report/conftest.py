@@ -36,7 +36,8 @@ def wandering(rng: np.random.Generator, steps: int) -> np.ndarray:
     """Unit-variance noise (N,) with a memory of about ten steps."""
     white = rng.standard_normal(steps + 60)
     kernel = np.exp(-np.arange(60) / 10)
-    return np.convolve(white, kernel, "valid")[:steps] / np.sqrt(np.sum(kernel**2))
+    noise: np.ndarray = np.convolve(white, kernel, "valid")[:steps] / np.sqrt(np.sum(kernel**2))
+    return noise
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:
