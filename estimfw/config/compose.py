@@ -142,8 +142,10 @@ def _undetectable(model: Model, reference: Mapping[str, FloatArray]) -> tuple[st
     found = undetectable_directions(model, reference)
     if not found:
         return ()
-    count = f"{len(found)} combinations of states are" if len(found) > 1 else "1 combination of states is"
-    return ("\n  ".join([f"{count} not determined by the measurements and keeps its prior uncertainty:", *found]),)
+    many = len(found) > 1
+    count = f"{len(found)} combinations of states are" if many else "1 combination of states is"
+    keeps = "keep their" if many else "keeps its"
+    return ("\n  ".join([f"{count} not determined by the measurements and {keeps} prior uncertainty:", *found]),)
 
 
 def _initial(cfg: FilterConfig, build: Builder, site: Any) -> Any:

@@ -177,7 +177,7 @@ def _snapped(dt: FloatArray, nominal: float) -> FloatArray:
 def _left_over(driver: Stream, rows: int) -> tuple[Event, ...]:
     if rows == 0:
         return ()
-    text = f"{rows} rows at the end do not fill a step and are not used"
+    text = f"{rows} row{'s' if rows > 1 else ''} at the end: less than a step, not used"
     return (Event(float(driver.time[-1]), driver.name, "left over", text, rows),)
 
 
