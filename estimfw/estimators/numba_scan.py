@@ -42,6 +42,24 @@ class NumbaScan:
         self.tables = self._tables()
         self.measurements = self._measurements()
         self.slots = np.array(plan.slots, dtype=np.int64)
+        self._load()
+
+    def _load(self) -> None:
+        """Have the machine code loaded, or made, before the run: it is no part of the filter's time."""
+        mean, form = self.prior
+        n_state, n_sample = (self.provider.n_state, self.provider.n_sample) if self.provider is not None else (0, 1)
+        rows, many = row_offsets(self.plan)[-1], len(self.plan.measurements)
+        inputs = sum(len(known.axes) for known in self.plan.inputs)
+        nothing = Chunk(
+            samples=np.zeros((0, n_sample)),
+            dt=np.zeros(0),
+            restart=np.zeros(0, dtype=bool),
+            inputs=np.zeros((0, inputs)),
+            readings=np.zeros((0, rows)),
+            due=np.zeros((0, many), dtype=bool),
+            interval=np.ones((0, many)),
+        )
+        self.run(FilterState(mean, form, np.zeros(n_state)), nothing)
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""

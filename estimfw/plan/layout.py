@@ -46,6 +46,11 @@ class NominalLayout:
             at += int(np.prod(shape, dtype=int))
         return result
 
+    def places(self, name: str) -> range:
+        """The positions in a row of all scalars of a variable."""
+        at, shape = self._offsets()[name]
+        return range(at, at + int(np.prod(shape, dtype=int)))
+
     def position(self, name: str, index: tuple[int, ...]) -> int:
         """Where one scalar stands in a row.
 

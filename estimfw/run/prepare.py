@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,32 +11,18 @@ from estimfw.config.compose import Problem
 from estimfw.config.generic.simulate_model import inputs_at
 from estimfw.data.record import Event, Findings, Record
 from estimfw.data.timeline import Steps, Wanted, driven_steps, merged_steps
-from estimfw.errors import ConfigError, DataError
-from estimfw.estimators.numpy_scan import NumpyScan
-from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
+from estimfw.errors import DataError
+from estimfw.estimators.scan import Chunk, FilterState, row_offsets
 from estimfw.model.nominal import BoundProvider, InitialNominal
 from estimfw.plan.plan import Plan
 from estimfw.registry.contract import plugin_code
 from estimfw.run.found_start import with_found_covariance
 from estimfw.run.guard import GuardedProvider, check_findings
+from estimfw.run.kernel_choice import Scan, chosen_scan, slow_kernel_events
 
-__all__ = ["Prepared", "Scan", "filter_start", "make_chunk", "make_scan", "prepare"]
+__all__ = ["Prepared", "filter_start", "make_chunk", "prepare"]
 
 FloatArray = NDArray[np.float64]
-
-#: From this many steps on the compiled kernel is quicker end to end, its start-up included: with a moving nominal every
-#: step makes its own matrices, without one a step is short.
-LONG_MOVING = 2_000
-LONG_STEADY = 50_000
-
-
-class Scan(Protocol):
-    """A recursion bound to plan, provider and start."""
-
-    name: str
-    doublings: SubSteps
-
-    def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]: ...
 
 
 @dataclass(frozen=True)
@@ -76,7 +61,8 @@ def prepare(problem: Problem, record: Record) -> Prepared:
     steps = _until(_timeline(problem, record, start, found), found)
     row = bound.initial_row(start) if bound is not None else problem.plan.layout.pack(problem.reference)
     scan, state, prior = filter_start(problem, bound, start, row, steps)
-    events = (*record.events, *start.events, *(e for f in found for e in f.events), *steps.events)
+    slow = slow_kernel_events(problem, bound, len(steps))
+    events = (*record.events, *start.events, *(e for f in found for e in f.events), *steps.events, *slow)
     return Prepared(problem, problem.plan, record, start, bound, steps, scan, state, prior, events)
 
 
@@ -147,7 +133,7 @@ def filter_start(
     nominal = plan.layout.unpack(plan.layout.complete(row))
     mean, covariance = plan.prior.evaluate(nominal)
     prior = (mean, with_found_covariance(problem.model, covariance, start, nominal))
-    scan = make_scan(problem, bound, row, prior, len(steps))
+    scan = chosen_scan(problem, bound, row, prior, len(steps))
     for dt in np.unique(steps.dt):
         scan.doublings(float(dt))
     provider = bound.initial_state(start) if bound is not None else np.zeros(0)
@@ -159,41 +145,6 @@ def _form(problem: Problem, covariance: FloatArray) -> FloatArray:
     from estimfw.kernels import joseph, ud
 
     return ud.factor(covariance) if problem.estimator.covariance == "ud" else joseph.factor(covariance)
-
-
-def make_scan(
-    problem: Problem,
-    bound: BoundProvider | None,
-    row: FloatArray,
-    prior: tuple[FloatArray, FloatArray],
-    count: int,
-) -> Scan:
-    """NumPy for short work, compiled for long, or as the config says."""
-    settings = FilterSettings(problem.estimator.covariance, problem.estimator.loop == "closed")
-    plan = problem.plan
-    able = not plan.layout.derived or not _derived_in_dynamics(plan)
-    able = able and (bound is None or bound.compiled is not None)
-    wanted = problem.estimator.kernel
-    if wanted == "numba" and not able:
-        raise ConfigError(
-            "kernel: numba cannot run this model: its provider or a derived variable has no compiled form",
-            location=problem.document.locate(("estimator", "kernel")),
-            hint="use kernel: auto",
-        )
-    long = count >= (LONG_STEADY if plan.time_invariant and bound is None else LONG_MOVING)
-    made: Any = NumpyScan
-    if wanted == "numba" or (wanted == "auto" and able and long):
-        from estimfw.estimators.numba_scan import NumbaScan
-
-        made = NumbaScan
-    scan: Scan = made(plan, bound, settings, row, prior)
-    return scan
-
-
-def _derived_in_dynamics(plan: Plan) -> bool:
-    used = {p for table in (plan.F, plan.D, plan.B) for _, _, factors in table.monomials for p in factors}
-    used |= {p for m in plan.measurements for t in (m.H, m.innovation) for _, _, f in t.monomials for p in f}
-    return any(position >= plan.layout.provided for position in used)
 
 
 def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:

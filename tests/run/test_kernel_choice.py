@@ -5,11 +5,19 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from estimfw.config.compose import Problem
-from estimfw.run import prepare as preparation
+from estimfw.data.record import FloatArray
+from estimfw.errors import ConfigError
+from estimfw.model.coefficient import matrix
+from estimfw.model.parts import DerivedVariable
+from estimfw.plan.layout import NominalLayout
+from estimfw.plan.plan import make_plan
+from estimfw.run import kernel_choice
 from estimfw.run.dataset import result_dataset
 from estimfw.run.run import run_problem
 
@@ -20,26 +28,53 @@ def kernel_of(problem: Problem) -> str:
     return str(run_problem(problem).prepared.scan.name)
 
 
-@pytest.mark.parametrize(("seconds", "expected"), [(49, "numpy"), (50, "numba")])
-def test_long_work_with_a_moving_nominal_is_compiled(
-    example: Example, monkeypatch: pytest.MonkeyPatch, seconds: int, expected: str
+@pytest.mark.parametrize(("name", "rate"), [("static_12", 1), ("tracker", 6)])
+@pytest.mark.parametrize(("steps", "expected"), [(48, "numpy"), (60, "numba")])
+def test_long_work_is_compiled(
+    example: Example, monkeypatch: pytest.MonkeyPatch, name: str, rate: int, steps: int, expected: str
 ) -> None:
-    monkeypatch.setattr(preparation, "LONG_MOVING", 50)
-    assert kernel_of(example("static_12", f"source.duration={seconds} s")) == expected
+    """A second of the tracker, with 2 fixes and 5 speeds, has 6 steps."""
+    monkeypatch.setattr(kernel_choice, "LONG", 50)
+    assert kernel_of(example(name, f"source.duration={steps // rate} s")) == expected
 
 
-@pytest.mark.parametrize(("seconds", "expected"), [(99, "numpy"), (100, "numba")])
-def test_long_work_with_steady_matrices_is_compiled_later(
-    example: Example, monkeypatch: pytest.MonkeyPatch, seconds: int, expected: str
-) -> None:
-    monkeypatch.setattr(preparation, "LONG_MOVING", 1)
-    monkeypatch.setattr(preparation, "LONG_STEADY", 600)
-    assert kernel_of(example("tracker", f"source.duration={seconds} s")) == expected
+def doubled(C_bn: FloatArray) -> FloatArray:
+    return 2.0 * C_bn
 
 
-def test_the_limits_are_where_the_start_of_compiled_code_pays() -> None:
-    assert preparation.LONG_STEADY == 50_000
-    assert preparation.LONG_MOVING < preparation.LONG_STEADY
+def with_plain_python(problem: Problem) -> Problem:
+    """The velocity reads a derived variable that comes from a plain Python function."""
+    derived = (*problem.model.derived, DerivedVariable("twice", (3, 3), ("C_bn",), doubled))
+    term = replace(problem.model.term("accel_bias_coupling"), coefficient=matrix("twice") * 0.5, frame=None)
+    terms = tuple(term if t.label == term.label else t for t in problem.model.terms)
+    model = problem.model.with_parts(derived=derived, terms=terms)
+    layout = NominalLayout(problem.plan.layout.variables, derived)
+    plan = make_plan(model, layout, problem.provider.slots, problem.plan.discretisation, {})
+    return replace(problem, model=model, plan=plan)
+
+
+def test_plain_python_in_the_loop_works_slower_and_says_so(example: Example, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernel_choice, "LONG", 50)
+    plain = run_problem(with_plain_python(example("static_12", "source.duration=60 s")))
+    assert plain.prepared.scan.name == "numpy"
+    (event,) = [e for e in plain.events if e.source == "kernel"]
+    assert event.text == "the derived variable twice is plain Python; the NumPy kernel runs, which is slower"
+    compiled = run_problem(example("static_12", "source.duration=60 s"))
+    assert not [e for e in compiled.events if e.source == "kernel"]
+    assert np.allclose(plain.estimate, compiled.estimate, rtol=0, atol=1e-9 * compiled.sigma)
+
+
+def test_plain_python_is_refused_where_the_config_wants_it_compiled(example: Example) -> None:
+    problem = with_plain_python(example("static_12", "source.duration=5 s", "estimator.kernel=numba"))
+    with pytest.raises(
+        ConfigError, match="kernel: numba cannot run this model: the derived variable twice is plain Python"
+    ):
+        run_problem(problem)
+
+
+def test_loading_the_machine_code_is_no_part_of_the_filters_time(example: Example) -> None:
+    run = run_problem(example("tracker", "estimator.kernel=numba"))
+    assert run.timing.filter < 0.1
 
 
 @pytest.mark.parametrize("kernel", ["numpy", "numba"])
