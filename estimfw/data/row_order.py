@@ -16,6 +16,8 @@ __all__ = ["Rows", "TimeErrors", "in_order"]
 FloatArray = NDArray[np.float64]
 TimeErrors = Literal["error", "sort", "drop"]
 
+#: Time stamps closer than this (s) are one: a clock rounds.
+SAME = 1e-9
 #: Jumps that clocks make, in s.
 _KNOWN_JUMPS = ((604800.0, "a GPS week"), (86400.0, "a day"), (43200.0, "half a day"), (3600.0, "an hour"))
 
@@ -67,7 +69,7 @@ def in_order(rows: Rows, time_errors: TimeErrors) -> tuple[Rows, tuple[Event, ..
     holes = np.flatnonzero(~np.isfinite(rows.time))
     if holes.size:
         raise DataError(f"row {holes[0] + 1} has no time stamp", location=rows.at(int(holes[0])))
-    back = rows.time < np.maximum.accumulate(rows.time)
+    back = rows.time < np.maximum.accumulate(rows.time) - SAME
     events: tuple[Event, ...] = ()
     if back.any():
         rows, events = _straightened(rows, back, time_errors)
@@ -97,7 +99,7 @@ def _straightened(rows: Rows, back: NDArray[np.bool_], how: TimeErrors) -> tuple
 
 
 def _without_repeats(rows: Rows) -> tuple[Rows, tuple[Event, ...]]:
-    same = np.concatenate([[False], np.diff(rows.time) == 0.0])
+    same = np.concatenate([[False], np.diff(rows.time) <= SAME])
     if not same.any():
         return rows, ()
     later = np.flatnonzero(same)
