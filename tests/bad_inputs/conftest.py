@@ -169,6 +169,34 @@ def imu() -> ImuRows:
     return ImuRows(np.column_stack([dt * np.arange(1, count + 1), np.hstack([gyro, force]) + noise]))
 
 
+@pytest.fixture
+def imu_check(check: Command, standing: str, folder: Path) -> Command:
+    """Checks the standing vehicle on a log with this content, with further ``--set``."""
+
+    def run(content: str | bytes | None, *settings: str, name: str = "log.csv", command: str = "check") -> Told:
+        if content is not None:
+            (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
+        more = [word for setting in settings for word in ("--set", setting)]
+        return check(
+            standing, *more, "--set", f"source.file={name}", *(["--json"] if command == "run" else []), command=command
+        )
+
+    return run
+
+
+@pytest.fixture
+def fix_check(check: Command, logged: str, folder: Path) -> Command:
+    """Checks the tracker on a log ``fix.csv`` with this content."""
+
+    def run(content: str | bytes | None, *settings: str, command: str = "check") -> Told:
+        if content is not None:
+            (folder / "fix.csv").write_bytes(content.encode() if isinstance(content, str) else content)
+        more = [word for setting in settings for word in ("--set", f"source.streams.fix.{setting}")]
+        return check(logged, *more, *(["--json"] if command == "run" else []), command=command)
+
+    return run
+
+
 HEAD = """
 import pluggy, numpy as np
 from typing import Literal
