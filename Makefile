@@ -34,6 +34,7 @@ lint: $(VENV)/.installed-dev  ## Style, types, import rules, freshness of the sc
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy tests plugins/inertial/tests plugins/sins_static/tests examples/vendor_sensor/acme_compass conftest.py
 	$(BIN)/lint-imports
 	$(BIN)/estimfw schema --check
 

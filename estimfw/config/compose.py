@@ -191,10 +191,10 @@ def _model(cfg: FilterConfig, build: Builder, site: Any) -> Model:
     for m in measurements:
         build.fits("measurements", m.name, m, context.widths)
         _refuse_zero_noise(m, build.document)
-    correlations = {tuple(c.between): c.value for c in cfg.prior.correlations} if cfg.prior else {}
+    correlations = {c.between: c.value for c in cfg.prior.correlations} if cfg.prior else {}
     _refuse_unknown_labels(cfg, [label for b in blocks for label in b.block.labels], build.document)
     try:
-        return build_model(blocks, process, measurements, inputs, correlations)  # type: ignore[arg-type]
+        return build_model(blocks, process, measurements, inputs, correlations)
     except ConfigError as error:
         if error.location is None:
             error.location = build.document.locate(("prior",) if "prior" in error.message else ("blocks",))
@@ -264,6 +264,7 @@ def _checks(cfg: FilterConfig, provider: Any, model: Model, document: Document) 
 
 
 def _estimator(cfg: FilterConfig, build: Builder, model: Model) -> KalmanConfig:
+    estimator: KalmanConfig
     _, estimator = build.settings("estimator", cfg.estimator or {"kind": "kalman"}, ("estimator",))
     for name in estimator.gates:
         if name not in {m.name for m in model.measurements}:
@@ -272,7 +273,7 @@ def _estimator(cfg: FilterConfig, build: Builder, model: Model) -> KalmanConfig:
                 location=build.document.locate(("estimator", "gates", name)),
                 hint=did_you_mean(name, (m.name for m in model.measurements)),
             )
-    return estimator  # type: ignore[no-any-return]
+    return estimator
 
 
 def _plan(model: Model, provider: Any, settings: ProviderSettings, estimator: KalmanConfig, document: Document) -> Plan:

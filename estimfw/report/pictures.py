@@ -61,8 +61,8 @@ def save_picture(chart: Chart, path: Path) -> None:
     with matplotlib.rc_context(STYLE):
         canvas = FigureCanvasAgg(draw(chart))
         canvas.figure.set_dpi(DOTS_PER_INCH)
-        canvas.draw()  # type: ignore[no-untyped-call]
-    pixels = Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3])  # type: ignore[no-untyped-call]
+        canvas.draw()
+    pixels = Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3])
     pixels.save(path, format="png", dpi=(DOTS_PER_INCH, DOTS_PER_INCH), compress_level=COMPRESSION)
 
 

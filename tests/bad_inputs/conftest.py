@@ -138,6 +138,9 @@ def standing() -> str:
     return STANDING
 
 
+Index = int | slice | list[int]
+
+
 @dataclass(frozen=True)
 class ImuRows:
     """Rows t (s), increments of the gyros (rad) and of the accelerometers (m/s): (N, 7)."""
@@ -149,10 +152,10 @@ class ImuRows:
         lines = [separator.join(repr(float(c)) for c in row) for row in self.rows]
         return "\n".join([self.header.replace(",", separator), *lines]) + "\n"
 
-    def changed(self, where: object, change: Callable[[FloatArray], object]) -> ImuRows:
+    def changed(self, where: tuple[Index, Index], change: Callable[[FloatArray], FloatArray]) -> ImuRows:
         """With ``rows[where] = change(rows[where])``."""
         rows = self.rows.copy()
-        rows[where] = change(rows[where])  # type: ignore[index]
+        rows[where] = change(rows[where])
         return replace(self, rows=rows)
 
 

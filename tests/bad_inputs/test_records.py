@@ -109,7 +109,8 @@ def test_42_swapped_axes_and_flipped_signs_show_in_the_direction_of_gravity(
 @pytest.fixture
 def departing(imu: Any) -> str:
     """The vehicle stands for 15 s, then drives off to the right."""
-    return imu.changed((slice(150, None), 4), lambda x: x + 0.1).csv()  # type: ignore[no-any-return]
+    log: str = imu.changed((slice(150, None), 4), lambda x: x + 0.1).csv()
+    return log
 
 
 def test_47_a_vehicle_that_drives_off_is_flagged_and_the_run_stopped_or_restarted(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,8 +19,13 @@ def stream(name: str, time: ArrayLike, values: ArrayLike | None = None, period: 
     return Stream(name, t, v, ("z",), "sample", period)
 
 
-def merged(*streams: Stream, **options: float | Sequence[float]) -> Steps:
-    return merged_steps({s.name: s for s in streams}, [Wanted(s.name, s.name) for s in streams], **options)  # type: ignore[arg-type]
+def driving(time: ArrayLike, period: float) -> Stream:
+    t = np.asarray(time, dtype=float)
+    return Stream("imu", t, np.zeros((t.size, 1)), ("z",), "increment", period)
+
+
+def merged(*streams: Stream, **options: Any) -> Steps:
+    return merged_steps({s.name: s for s in streams}, [Wanted(s.name, s.name) for s in streams], **options)
 
 
 def kinds(steps: Steps) -> list[tuple[str, str, int]]:
@@ -48,7 +53,7 @@ def test_equal_steps_are_equal_to_the_last_bit() -> None:
     time = 1e5 + 0.1 * np.arange(1, 1001)
     assert np.unique(np.diff(time)).size > 1
     assert np.unique(merged(stream("a", time), start=1e5).dt).size == 1
-    driver = Stream("imu", time, np.zeros((1000, 1)), ("z",), "increment", 0.1)
+    driver = driving(time, 0.1)
     np.testing.assert_array_equal(driven_steps(driver, 2, {}, []).dt, 0.2)
 
 
@@ -65,7 +70,7 @@ def test_a_run_ends_with_its_data_not_with_its_schedule() -> None:
 
 
 def test_a_restart_holds_for_the_step_that_begins_then_or_next() -> None:
-    driver = Stream("imu", np.arange(1.0, 11.0), np.zeros((10, 1)), ("z",), "increment", 1.0)
+    driver = driving(np.arange(1.0, 11.0), 1.0)
     steps = driven_steps(driver, 1, {}, [], restarts=[0.0, 4.0, 6.5, 100.0])
     assert list(steps.time[steps.restart] - 1.0) == [4.0, 7.0]
 
@@ -83,7 +88,7 @@ def test_rows_without_a_period_have_no_gaps() -> None:
 
 
 def test_identical_rows_are_used_once() -> None:
-    steps = merged(stream("a", [1, 2, 2, 2, 3], [[1], [2], [2], [2], [np.nan]]), start=0.0)
+    steps = merged(stream("a", [1, 2, 2, 2, 3], [[1.0], [2.0], [2.0], [2.0], [np.nan]]), start=0.0)
     assert kinds(steps) == [("a", "duplicate", 2)]
     np.testing.assert_array_equal(steps.due["a"].row, [0, 1, 4])
     lost = merged(stream("a", [1, 1], [[np.nan], [np.nan]]), start=0.0)
@@ -108,7 +113,7 @@ def test_a_time_that_is_none_is_refused(time: float) -> None:
 
 
 def test_rows_before_the_start_and_after_the_last_step_are_counted_and_not_used() -> None:
-    driver = Stream("imu", np.arange(1.0, 6.0), np.zeros((5, 1)), ("z",), "increment", 1.0)
+    driver = driving(np.arange(1.0, 6.0), 1.0)
     aid = stream("a", [0.5, 1.5, 2.5, 3.0, 4.0, 5.0, 7.0])
     steps = driven_steps(driver, 1, {"a": aid}, [Wanted("a", "a")], start=2.0)
     np.testing.assert_array_equal(steps.time, [3.0, 4.0, 5.0])
@@ -117,14 +122,14 @@ def test_rows_before_the_start_and_after_the_last_step_are_counted_and_not_used(
 
 
 def test_of_several_rows_in_a_step_the_last_is_used() -> None:
-    driver = Stream("imu", np.arange(1.0, 4.0), np.zeros((3, 1)), ("z",), "increment", 1.0)
+    driver = driving(np.arange(1.0, 4.0), 1.0)
     steps = driven_steps(driver, 1, {"a": stream("a", [1.2, 1.5, 1.9, 3.0])}, [Wanted("a", "a")])
     np.testing.assert_array_equal(steps.due["a"].row, [-1, 2, 3])
     assert kinds(steps) == [("a", "crowded", 2)]
 
 
 def test_rows_that_fill_no_step_are_left_over() -> None:
-    driver = Stream("imu", np.arange(1.0, 9.0), np.zeros((8, 1)), ("z",), "increment", 1.0)
+    driver = driving(np.arange(1.0, 9.0), 1.0)
     steps = driven_steps(driver, 3, {}, [])
     np.testing.assert_array_equal(steps.rows, [0, 3, 6])
     np.testing.assert_array_equal(steps.time, [3.0, 6.0])
@@ -133,7 +138,7 @@ def test_rows_that_fill_no_step_are_left_over() -> None:
 
 
 def test_driving_rows_up_to_the_start_are_not_used() -> None:
-    driver = Stream("imu", 0.01 * np.arange(1, 101), np.zeros((100, 1)), ("z",), "increment", 0.01)
+    driver = driving(0.01 * np.arange(1, 101), 0.01)
     steps = driven_steps(driver, 2, {}, [], start=0.5)
     assert (steps.rows[0], len(steps)) == (50, 25)
     np.testing.assert_array_equal(steps.dt, 0.02)
@@ -141,7 +146,7 @@ def test_driving_rows_up_to_the_start_are_not_used() -> None:
 
 @pytest.mark.parametrize(("rows", "per_step"), [(0, 1), (1, 2)])
 def test_a_record_too_short_for_one_step_is_refused(rows: int, per_step: int) -> None:
-    driver = Stream("imu", np.arange(1.0, 1.0 + rows), np.zeros((rows, 1)), ("z",), "increment", 1.0)
+    driver = driving(np.arange(1.0, 1.0 + rows), 1.0)
     with pytest.raises(DataError, match=f"has {rows} rows after the start, one step needs {per_step}"):
         driven_steps(driver, per_step, {}, [])
 
@@ -159,7 +164,7 @@ def test_a_stream_that_is_not_there_is_named_with_those_that_are() -> None:
 
 
 def test_a_pseudo_measurement_falls_due_at_its_interval_or_at_each_step() -> None:
-    driver = Stream("imu", 0.25 * np.arange(1, 13), np.zeros((12, 1)), ("z",), "increment", 0.25)
+    driver = driving(0.25 * np.arange(1, 13), 0.25)
     steps = driven_steps(driver, 1, {}, [Wanted("each", None), Wanted("second", None, 1.0)])
     np.testing.assert_array_equal(steps.due["each"].row, 0)
     np.testing.assert_array_equal(steps.due["each"].interval, 0.25)

@@ -32,7 +32,7 @@ def test_a_component_that_is_no_number_is_skipped_and_the_rest_fused(
     rest = [i for i in range(3) if i != component]
     done = fuse(kernel, X, kernel.factor(P), z, H, R, None)
     only = fuse(kernel, X, kernel.factor(P), Z[rest], H[rest], R[np.ix_(rest, rest)], None)
-    assert (done.disposition, done.used) == (FUSED, 2)
+    assert (int(done.disposition), int(done.used)) == (FUSED, 2)
     np.testing.assert_allclose(done.x, only.x, rtol=1e-13)
     np.testing.assert_allclose(kernel.covariance(done.form), kernel.covariance(only.form), rtol=1e-13, atol=1e-14)
     assert done.nis == pytest.approx(float(only.nis), rel=1e-13)
@@ -44,7 +44,7 @@ def test_a_component_that_is_no_number_is_skipped_and_the_rest_fused(
 def test_nothing_usable_is_missing_and_changes_nothing(kernel: ModuleType) -> None:
     form = kernel.factor(P)
     done = fuse(kernel, X, form, np.full(3, np.nan), H, R, np.zeros(4))
-    assert (done.disposition, done.used) == (MISSING, 0)
+    assert (int(done.disposition), int(done.used)) == (MISSING, 0)
     assert np.isnan(done.nis)
     np.testing.assert_array_equal(done.x, X)
     np.testing.assert_array_equal(done.form, form)
@@ -55,7 +55,7 @@ def test_nothing_usable_is_missing_and_changes_nothing(kernel: ModuleType) -> No
 def test_the_gate_is_at_the_chi_square_quantile_of_the_usable_components(
     kernel: ModuleType, factor: float, expected: int
 ) -> None:
-    thresholds = np.array([0.0, *chi2.ppf(0.99, [1, 2, 3])])
+    thresholds = np.concatenate([[0.0], chi2.ppf(0.99, [1, 2, 3])])
     usable = [0, 2]
     S = (H @ P @ H.T + R)[np.ix_(usable, usable)]
     direction = np.linalg.cholesky(S) @ np.array([0.6, 0.8])
@@ -82,7 +82,7 @@ def test_a_singular_innovation_covariance_skips_the_update(kernel: ModuleType) -
     twice = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     form = kernel.factor(P)
     done = fuse(kernel, X, form, np.array([1.5, 1.6]), twice, np.zeros((2, 2)), None)
-    assert (done.disposition, done.used) == (INVALID, 0)
+    assert (int(done.disposition), int(done.used)) == (INVALID, 0)
     np.testing.assert_array_equal(done.x, X)
     np.testing.assert_array_equal(done.form, form)
 

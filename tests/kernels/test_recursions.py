@@ -46,7 +46,7 @@ def scaled(difference: FloatArray, P: FloatArray) -> float:
 def test_prediction_is_the_textbook_one(kernel: ModuleType, seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     P, Q = covariance(rng, n), np.zeros((n, n))
-    driven = rng.integers(0, n + 1)
+    driven = int(rng.integers(0, n + 1))
     Q[:driven, :driven] = covariance(rng, driven)
     Phi = np.eye(n) + rng.standard_normal((n, n)) * np.sqrt(np.diag(P))[:, None] / np.sqrt(np.diag(P))
     expected = Phi @ P @ Phi.T + Q

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,13 +39,13 @@ def nominal() -> dict[str, FloatArray]:
 def block(frames: tuple[Frame, Frame]) -> Callable[..., BlockParts]:
     """``block("a", "b", sigma=(1, 2, 3))``: a triad in a frame, or (frame None) one state of its own."""
 
-    def make(name: str, frame: str | None = None, sigma: Sequence[float] | None = None, **more: object) -> BlockParts:
+    def make(name: str, frame: str | None = None, sigma: Sequence[float] | None = None, **more: Any) -> BlockParts:
         axes = next((f.axes for f in frames if f.name == frame), ("",))
         sigmas = tuple(sigma) if sigma is not None else (1.0,) * len(axes)
         covariance = tuple(tuple(float(x) for x in row) for row in np.diag(np.square(sigmas)))
         state = StateBlock(name, axes, axes, "1", frame=frame, home_frame=frame)
         mean = (0.0,) * len(axes)
-        return BlockParts(state, covariance, mean, frames=frames, **more)  # type: ignore[arg-type]
+        return BlockParts(state, covariance, mean, frames=frames, **more)
 
     return make
 

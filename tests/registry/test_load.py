@@ -25,6 +25,10 @@ class Config(BaseModel):
     kind: str
 
 
+#: The record as a plugin can make it that no type checker has seen.
+Untyped: Any = Component
+
+
 def build(cfg: Config) -> str:
     return "built"
 
@@ -66,9 +70,9 @@ def plugin(monkeypatch: pytest.MonkeyPatch) -> Make:
         version: str = "1.0",
         raises: BaseException | None = None,
     ) -> EntryPoint:
-        module = types.ModuleType(f"fake_{dist}_{name}".replace("-", "_"))
+        module: Any = types.ModuleType(f"fake_{dist}_{name}".replace("-", "_"))
         if api is not None:
-            module.ESTIMFW_API = api  # type: ignore[attr-defined]
+            module.ESTIMFW_API = api
 
         @hookimpl
         def estimfw_components() -> Any:
@@ -76,9 +80,11 @@ def plugin(monkeypatch: pytest.MonkeyPatch) -> Make:
                 raise raises
             return result
 
-        module.estimfw_components = estimfw_components  # type: ignore[attr-defined]
+        module.estimfw_components = estimfw_components
         monkeypatch.setitem(sys.modules, module.__name__, module)
-        return EntryPoint(name, module.__name__, "estimfw")._for(FakeDistribution(dist, version))  # type: ignore[attr-defined,no-any-return]
+        point: Any = EntryPoint(name, module.__name__, "estimfw")
+        installed: EntryPoint = point._for(FakeDistribution(dist, version))
+        return installed
 
     return make
 
@@ -176,8 +182,8 @@ def test_a_name_taken_twice_names_both_distributions_and_the_later_loses(plugin:
 @pytest.mark.parametrize(
     "result",
     [None, 3, block("x"), "text", {"a": block("x")}, [3], [Config], [block("x"), block("x")], [block("Bad Name")], [block("a.b")],
-     [Component("block", "x", int, build, "")], [Component("block", "x", Config, 3, "")],  # type: ignore[arg-type]
-     [Component("wheel", "x", Config, build, "")]],  # type: ignore[arg-type]
+     [Component("block", "x", int, build, "")], [Untyped("block", "x", Config, 3, "")],
+     [Untyped("wheel", "x", Config, build, "")]],
 )  # fmt: skip
 def test_a_wrong_answer_is_a_failed_plugin_with_a_reason(plugin: Make, result: object) -> None:
     found = only(plugin("bad", result))
@@ -192,14 +198,14 @@ def test_a_module_without_the_hook_is_incompatible(plugin: Make) -> None:
     assert "estimfw_components" in only(point).reason
 
 
-def test_a_hook_with_an_argument_that_we_do_not_give_fails_alone(plugin: Make) -> None:
+def test_a_hook_with_an_argument_that_we_do_not_give_fails_alone(plugin: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     point = plugin("eager")
 
     @hookimpl
     def estimfw_components(everything: object) -> list[Component]:
         return []
 
-    sys.modules[point.value].estimfw_components = estimfw_components  # type: ignore[attr-defined]
+    monkeypatch.setattr(sys.modules[point.value], "estimfw_components", estimfw_components)
     found = only(point)
     assert found.status == "failed"
     assert "everything" in found.traceback

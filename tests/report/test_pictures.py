@@ -13,6 +13,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from PIL import Image
 
@@ -26,8 +27,14 @@ Results = Callable[..., xr.Dataset]
 def drawn(chart: Chart) -> Figure:
     with matplotlib.rc_context(STYLE):
         figure = draw(chart)
-        FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
+        FigureCanvasAgg(figure).draw()
     return figure
+
+
+def title_box(axes: Axes) -> Bbox:
+    texts = [child for child in axes.get_children() if isinstance(child, Text)]
+    (title,) = (text for text in texts if text.get_text() == axes.get_title(loc="left"))
+    return title.get_window_extent()
 
 
 def shown_ticks(axes: Axes) -> list[tuple[str, Bbox]]:
@@ -88,7 +95,7 @@ def test_nothing_overlaps_and_nothing_leaves_the_picture(charts: tuple[Chart, ..
             assert not any(a.overlaps(b) for (_, a), (_, b) in combinations(ticks, 2)), chart.key
             label = axes.yaxis.label.get_window_extent()
             assert not any(label.overlaps(box) for _, box in ticks)
-            title, legend = axes._left_title.get_window_extent(), axes.get_legend()  # type: ignore[attr-defined]
+            title, legend = title_box(axes), axes.get_legend()
             boxes = [label, title, *(box for _, box in ticks), *([legend.get_window_extent()] if legend else [])]
             assert all(b.x0 >= 0 and b.y0 >= 0 and b.x1 <= width and b.y1 <= height for b in boxes), chart.key
             assert legend is None or not legend.get_window_extent().overlaps(title)

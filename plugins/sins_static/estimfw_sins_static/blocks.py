@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from estimfw_inertial.frames import BODY, NAVIGATION
@@ -74,10 +75,30 @@ def _parts(
     )
 
 
-def _triad(name: str, frame: Frame, unit: str, display: str, latex: str, **more: object) -> StateBlock:
+def _triad(
+    name: str,
+    frame: Frame,
+    unit: str,
+    display: str,
+    latex: str,
+    *,
+    quantity: str,
+    truth: str = "",
+    truth_error: Callable[..., Any] | None = None,
+) -> StateBlock:
     return StateBlock(
-        name, frame.axes, frame.axes, unit, display, frame=frame.name, home_frame=frame.name, latex=latex, **more,  # type: ignore[arg-type]
-    )  # fmt: skip
+        name,
+        frame.axes,
+        frame.axes,
+        unit,
+        display,
+        frame=frame.name,
+        home_frame=frame.name,
+        quantity=quantity,
+        latex=latex,
+        truth=truth,
+        truth_error=truth_error,
+    )
 
 
 def velocity_error(name: str, cfg: VelocityErrorConfig, site: Site | None) -> BlockParts:

@@ -53,13 +53,13 @@ def standing() -> Arrays:
     return Arrays(PERIOD * np.arange(1, count + 1, dtype=np.float64), dtheta, dvel)
 
 
-def csv_text(rows: FloatArray | Sequence[Sequence[object]], header: str = "t,gx,gy,gz,ax,ay,az") -> str:
+def csv_text(rows: FloatArray | Sequence[Sequence[str | float]], header: str = "t,gx,gy,gz,ax,ay,az") -> str:
     separator = next(s for s in (";", "\t", ",") if s in header)
     return "\n".join([header, *(separator.join(_cell(c) for c in row) for row in rows)]) + "\n"
 
 
-def _cell(value: object) -> str:
-    return value if isinstance(value, str) else repr(float(value))  # type: ignore[arg-type]
+def _cell(value: str | float) -> str:
+    return value if isinstance(value, str) else repr(float(value))
 
 
 @pytest.fixture

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,8 +22,8 @@ def rows(count: int = 4) -> list[list[object]]:
     return [[0.01 * (k + 1), *(0.1 * k + c for c in range(6))] for k in range(count)]
 
 
-def layout(**fields: object) -> CsvLayout:
-    return CsvLayout(**{"gyro": LAYOUT.gyro, "accel": LAYOUT.accel, **fields})  # type: ignore[arg-type]
+def layout(**fields: Any) -> CsvLayout:
+    return replace(LAYOUT, **fields)
 
 
 def refusal(path: Path, layout: CsvLayout = LAYOUT) -> str:
