@@ -77,9 +77,9 @@ STAIRS = "a0: &a0 x\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 
 @pytest.mark.parametrize("text", [LAUGHS, STAIRS, "a: &a [*a]", "a: &a {b: *a}", "a: &a {b: [1, {c: *a}]}", "&a [*a]"])
 def test_alias_bombs_and_recursive_aliases_are_refused_within_100_ms(text: str) -> None:
     read_document("warm: up")
-    start = time.perf_counter()
+    start = time.process_time()
     error = refusal(text)
-    assert time.perf_counter() - start < 0.1
+    assert time.process_time() - start < 0.1
     assert "alias" in error.message
     assert error.location is not None and error.location.line is not None
 
@@ -92,9 +92,9 @@ def test_an_honest_alias_is_a_copy() -> None:
 
 @pytest.mark.parametrize("text", ["[" * 5000, "{a: " * 5000, "a: " + "[" * 5000 + "]" * 5000, "- " * 5000])
 def test_5000_deep_nesting_is_refused_without_a_recursion_error(text: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     error = refusal(text)
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
     assert "nested" in error.message
 
 

@@ -74,8 +74,14 @@ def test_plain_python_is_refused_where_the_config_wants_it_compiled(example: Exa
 
 
 def test_loading_the_machine_code_is_no_part_of_the_filters_time(example: Example) -> None:
-    run = run_problem(example("tracker", "estimator.kernel=numba"))
-    assert run.timing.filter < 0.1
+    """In a process of its own, where nothing is loaded yet; loading takes several tenths of a second."""
+    code = (
+        "from estimfw.run.from_python import open_filter; from estimfw.run.run import run_problem; "
+        "t = run_problem(open_filter('examples/tracker.yaml', ['estimator.kernel=numba'])).timing; print(t.filter / t.prepare)"
+    )
+    example("tracker")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert float(done.stdout) < 0.2
 
 
 @pytest.mark.parametrize("kernel", ["numpy", "numba"])

@@ -125,10 +125,10 @@ def test_blanks_around_number_and_operators_do_not_matter() -> None:
      "1 M", "1 gram", "1 ٣"],
 )  # fmt: skip
 def test_wrong_text_is_refused_at_once_with_examples(text: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(ConfigError) as caught:
         parse_quantity(text)
-    assert time.perf_counter() - start < 0.1
+    assert time.process_time() - start < 0.1
     assert len(str(caught.value)) < 600
 
 

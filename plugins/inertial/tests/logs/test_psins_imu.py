@@ -57,9 +57,9 @@ def test_half_an_hour_of_text_is_read_in_half_a_second(lasergyro: Path) -> None:
 
 
 def _seconds(path: Path) -> float:
-    begin = time.perf_counter()
+    begin = time.process_time()
     read_log(path)
-    return time.perf_counter() - begin
+    return time.process_time() - begin
 
 
 @pytest.mark.parametrize(
