@@ -39,7 +39,7 @@ class NumbaScan:
         self.prior = (np.ascontiguousarray(prior[0], dtype=float), np.ascontiguousarray(kernel.factor(prior[1])))
         self.row = np.ascontiguousarray(initial_row, dtype=float)
         self.params = provider.params if provider is not None else np.zeros(1)
-        self.tables = self._tables()
+        self.process, self.reads = self._process(), self._reads()
         self.measurements = self._measurements()
         self.slots = np.array(plan.slots, dtype=np.int64)
         self._load()
@@ -84,8 +84,8 @@ class NumbaScan:
                 np.ascontiguousarray(chunk.samples), chunk.dt, chunk.restart, chunk.inputs, chunk.readings, chunk.due,
                 chunk.interval,
             ),
-            self.tables, self.measurements,
-            (d.method == "van_loan", d.phi_order, d.q_order, doublings),
+            self.process, self.reads, self.measurements,
+            (d.method == "van_loan", d.phi_order, d.q_order), doublings,
             (
                 self.settings.covariance == "ud", self.settings.closed_loop,
                 self.plan.time_invariant and not self.plan.inputs,
@@ -100,14 +100,16 @@ class NumbaScan:
             result.estimate[wrong + 1 :] = result.covariance[wrong + 1 :] = result.rows[wrong + 1 :] = np.nan
         return FilterState(x, form, provider), result
 
-    def _tables(self) -> tuple[Any, ...]:
+    def _process(self) -> tuple[Any, ...]:
         plan, n = self.plan, len(self.plan.states)
-        H = _stacked([m.H for m in plan.measurements], n)
-        innovation = _stacked([m.innovation for m in plan.measurements], 1)
         F = plan.F.tables()
         live = np.unique(F.entry)
-        parts = (F, plan.D.tables(), plan.B.tables(), H.tables(), innovation.tables())
-        return (*(array for part in parts for array in part), live // n, live % n)
+        return (*F, *plan.D.tables(), *plan.B.tables(), live // n, live % n)
+
+    def _reads(self) -> tuple[Any, ...]:
+        H = _stacked([m.H for m in self.plan.measurements], len(self.plan.states))
+        innovation = _stacked([m.innovation for m in self.plan.measurements], 1)
+        return (*H.tables(), *innovation.tables())
 
     def _measurements(self) -> tuple[Any, ...]:
         plan = self.plan

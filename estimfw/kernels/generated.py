@@ -1,9 +1,10 @@
 """Compiled scans, generated for the provider of a plugin and cached on disk.
 
-Two modules are written into the cache folder: the kernels (`compiled`), and `compiled_scan` with the provider's own compiled
-``step`` and ``correct`` in its import line. Their names are hashes of everything they are made of (their text, the constants
-that they take over, the provider's module, the versions of Python, numpy and numba), so a stale one is never met. numba keeps
-machine code beside them; it is used only while its checksums, noted when it was made, still hold. What is damaged is made anew.
+Modules are written into the cache folder: those of the kernels, and `compiled_scan` with the provider's own compiled ``step``
+and ``correct`` in its import line. Their names are hashes of everything they are made of (their text with the names of those
+that they import, the constants that they take over, the provider's module, the versions of Python, numpy and numba), so a stale
+one is never met. numba keeps machine code beside them; it is used only while its checksums, noted when it was made, still hold.
+What is damaged is made anew.
 """
 
 from __future__ import annotations
@@ -27,7 +28,12 @@ from estimfw.model.nominal import CompiledScan
 
 __all__ = ["cache_folder", "compiled_scan_for"]
 
-KERNELS_LINE = "from estimfw.kernels.compiled import"
+#: What is generated, each module behind those that it imports; the last is the scan, which has the provider's line.
+MODULES = (
+    "compiled_products", "compiled_discretise", "compiled_recursions", "compiled_fuse", "compiled_steps", "compiled_scan",
+)  # fmt: skip
+#: Modules whose constants numba freezes into those.
+CONSTANTS = ("fuse", "ud")
 PROVIDER_LINE = "from estimfw.kernels.no_provider import correct, step  # provider"
 NO_PROVIDER = CompiledScan("estimfw.kernels.no_provider", "step", "correct")
 SUMS = "checksums.json"
@@ -56,10 +62,9 @@ def _temporary() -> Path:
 def compiled_scan_for(provider: CompiledScan | None) -> Callable[..., Any]:
     """The ``scan`` function with this provider's step compiled in (None: without a provider)."""
     provider = provider or NO_PROVIDER
-    kernels, scan = _texts(provider)
     root = cache_folder()
-    modules = [_load(root, *kernels), _load(root, *scan)]
-    made: Callable[..., Any] = modules[1].__dict__.setdefault("checked", _Checked(modules, provider))
+    modules = [_load(root, name, text) for name, text in _texts(provider)]
+    made: Callable[..., Any] = modules[-1].__dict__.setdefault("checked", _Checked(modules, provider))
     return made
 
 
@@ -67,7 +72,7 @@ class _Checked:
     """A scan that notes the checksums of its machine code on disk as often as some was made."""
 
     def __init__(self, modules: list[ModuleType], provider: CompiledScan) -> None:
-        self.modules, self.provider, self.scan, self.known = modules, provider, modules[1].scan, 0
+        self.modules, self.provider, self.scan, self.known = modules, provider, modules[-1].scan, 0
 
     def __call__(self, *args: Any) -> Any:
         try:
@@ -93,22 +98,28 @@ def _discard(provider: CompiledScan) -> None:
             path.unlink(missing_ok=True)
 
 
-def _texts(provider: CompiledScan) -> tuple[tuple[str, str], tuple[str, str]]:
-    """Name and text of the kernels' module and of the scan's."""
+def _texts(provider: CompiledScan) -> list[tuple[str, str]]:
+    """Name and text of each module, in the order in which they are imported."""
     import numba
     import numpy as np
 
-    here = Path(__file__).parent
-    versions = [numba.__version__, np.__version__, sys.version]
-    text = (here / "compiled.py").read_text(encoding="utf-8")
-    constants = [(here / name).read_text(encoding="utf-8") for name in ("fuse.py", "ud.py")]
-    kernels = "estimfw_kernels_" + _hash([text, *constants, *versions])
-    line = f"from {provider.module} import {provider.correct} as correct, {provider.step} as step"
-    scan = (here / "compiled_scan.py").read_text(encoding="utf-8")
-    scan = scan.replace(PROVIDER_LINE, line).replace(KERNELS_LINE, f"from {kernels} import")
+    shared = [*map(_source, CONSTANTS), numba.__version__, np.__version__, sys.version]
     spec = importlib.util.find_spec(provider.module)
     origin = Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin is not None else ""
-    return (kernels, text), ("estimfw_scan_" + _hash([scan, kernels, origin, *versions]), scan)
+    line = f"from {provider.module} import {provider.correct} as correct, {provider.step} as step"
+    made: dict[str, tuple[str, str]] = {}
+    for module in MODULES:
+        text = _source(module)
+        for earlier, (name, _) in made.items():
+            text = text.replace(f"from estimfw.kernels.{earlier} import", f"from {name} import")
+        if module == MODULES[-1]:
+            text, shared = text.replace(PROVIDER_LINE, line), [*shared, origin]
+        made[module] = f"estimfw_{module}_{_hash([text, *shared])}", text
+    return list(made.values())
+
+
+def _source(module: str) -> str:
+    return (Path(__file__).parent / f"{module}.py").read_text(encoding="utf-8")
 
 
 def _hash(parts: list[str]) -> str:
