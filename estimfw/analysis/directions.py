@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from estimfw.analysis.observability import FrozenObservability, frozen_observability, least_determined_removable
 from estimfw.model.model import Model
+from estimfw.units.unit_text import parse_unit
 
 __all__ = ["directions_in_names", "undetectable_directions"]
 
@@ -17,7 +18,7 @@ FloatArray = NDArray[np.float64]
 #: A mode decaying faster than this (1/s) forgets by itself.
 DECAY = 1e-12
 #: A part smaller than this of the largest, in prior sigmas, is not printed.
-SMALL = 1e-6
+SMALL = 1e-2
 
 
 def undetectable_directions(model: Model, nominal: Mapping[str, FloatArray]) -> list[str]:
@@ -33,16 +34,17 @@ def undetectable_directions(model: Model, nominal: Mapping[str, FloatArray]) -> 
     inside = np.linalg.pinv(found.kernel) @ F @ found.kernel
     if np.all(np.linalg.eigvals(inside).real < -DECAY):
         return []
-    units = [b.unit for b in model.blocks for _ in b.axes]
+    units = [(b.unit, b.display_unit or b.unit) for b in model.blocks for _ in b.axes]
     return directions_in_names(found, covariance, list(model.states), units)
 
 
 def directions_in_names(
-    found: FrozenObservability, covariance: FloatArray, states: list[str], units: list[str]
+    found: FrozenObservability, covariance: FloatArray, states: list[str], units: list[tuple[str, str]]
 ) -> list[str]:
-    """One text a direction, such as ``accel_bias[N] - 0.1021 s^2/m * attitude_error[E]``.
+    """One text a direction, such as ``accel_bias[N] 100 ug, attitude_error[E] -0.00573 deg``: a change that is not seen.
 
-    The directions are combined so that each holds one of the least determined states with factor 1, and none of the others'.
+    The directions are combined so that each holds one of the least determined states, changed by one prior sigma, and none of
+    the others'. ``units`` are the SI and the display unit of each state.
     """
     chosen = least_determined_removable(found, covariance, [False] * len(states))
     if chosen is None:
@@ -52,14 +54,14 @@ def directions_in_names(
     sigma = np.where(sigma > 0.0, sigma, 1.0)
     texts = []
     for column, own in enumerate(chosen):
-        direction = kernel[:, column]
-        weight = np.abs(direction / sigma)
-        parts = [states[own]]
-        for i in np.argsort(-weight, kind="stable"):
-            if i == own or weight[i] <= SMALL * weight.max():
-                continue
-            sign = "-" if direction[i] < 0.0 else "+"
-            unit = f" {units[i]}/({units[own]})" if units[i] != units[own] else ""
-            parts.append(f"{sign} {abs(direction[i]):.4g}{unit} {states[i]}")
-        texts.append(" ".join(parts))
+        change = kernel[:, column] * sigma[own]
+        weight = np.abs(change / sigma)
+        others = [i for i in np.argsort(-weight, kind="stable") if i != own and weight[i] > SMALL * weight.max()]
+        texts.append(", ".join(f"{states[i]} {_shown(change[i], *units[i])}" for i in (own, *others)))
     return texts
+
+
+def _shown(value: float, unit: str, display: str) -> str:
+    """A number in the unit in which people read it: ``-0.00573 deg``."""
+    scale = float(parse_unit(unit).scale) / float(parse_unit(display).scale)
+    return f"{value * scale:.3g} {display if display != '1' else ''}".strip()

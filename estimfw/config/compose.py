@@ -21,6 +21,7 @@ from estimfw.config.validate import validate
 from estimfw.data.memory import refuse_too_large
 from estimfw.errors import ConfigError
 from estimfw.model.build import build_model
+from estimfw.model.derived import derived_value
 from estimfw.model.model import Model
 from estimfw.model.nominal import InitialNominal, NominalProvider, ProviderSettings
 from estimfw.model.parts import (
@@ -31,7 +32,7 @@ from estimfw.model.parts import (
     ProcessParts,
 )
 from estimfw.plan.equivalence import OperationCheck, settle_operations
-from estimfw.plan.layout import NominalLayout, derived_value
+from estimfw.plan.layout import NominalLayout
 from estimfw.plan.plan import Plan, make_plan
 from estimfw.policies.change import Change, Policy
 from estimfw.policies.drop_frame_rotation import turn_name
@@ -70,6 +71,8 @@ class Problem:
     aiding : mapping of str to object
         Further sources, whose streams join the record.
     monitors : tuple of objects
+    undetermined : tuple of str
+        Combinations of states that the measurements do not determine, at the reference nominal.
     warnings : tuple of str
     owners : mapping of str to str
         By the path of a section (``source``, ``monitors.motion``): the plugin that it comes from.
@@ -91,6 +94,7 @@ class Problem:
     source: Any
     aiding: Mapping[str, Any]
     monitors: tuple[Any, ...]
+    undetermined: tuple[str, ...]
     warnings: tuple[str, ...]
     owners: Mapping[str, str]
 
@@ -127,7 +131,8 @@ def compose(document: Document, registry: Registry) -> Problem:
         settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
         aiding=aiding,
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
-        warnings=(*getattr(provider, "warnings", ()), *_undetectable(model, reference), *registry_warnings(registry)),
+        undetermined=tuple(undetectable_directions(model, reference)),
+        warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry)),
         owners=build.owners,
     )  # fmt: skip
 
@@ -135,17 +140,6 @@ def compose(document: Document, registry: Registry) -> Problem:
 def registry_warnings(registry: Registry) -> tuple[str, ...]:
     """Plugins that could not be loaded: the run goes on without them."""
     return tuple(f"plugin {p.name}: {p.status} ({p.reason})" for p in registry.failed)
-
-
-def _undetectable(model: Model, reference: Mapping[str, FloatArray]) -> tuple[str, ...]:
-    """One warning with the null space in state names; empty where everything is determined."""
-    found = undetectable_directions(model, reference)
-    if not found:
-        return ()
-    many = len(found) > 1
-    count = f"{len(found)} combinations of states are" if many else "1 combination of states is"
-    keeps = "keep their" if many else "keeps its"
-    return ("\n  ".join([f"{count} not determined by the measurements and {keeps} prior uncertainty:", *found]),)
 
 
 def _initial(cfg: FilterConfig, build: Builder, site: Any) -> Any:
@@ -277,7 +271,7 @@ def _estimator(cfg: FilterConfig, build: Builder, model: Model) -> KalmanConfig:
 
 
 def _plan(model: Model, provider: Any, settings: ProviderSettings, estimator: KalmanConfig, document: Document) -> Plan:
-    layout = NominalLayout(provider.variables(settings.computed), model.derived)
+    layout = NominalLayout(provider.variables(settings.computed), (*model.derived, *model.held))
     gates = {m.name: estimator.gates.get(m.name, estimator.gate) for m in model.measurements}
     try:
         return make_plan(model, layout, provider.slots, kalman(estimator), gates)

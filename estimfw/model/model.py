@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from estimfw.errors import ConfigError
 from estimfw.model.coefficient import Coefficient, constant, zeros
+from estimfw.model.derived import DerivedVariable, derived_value, held_variables
 from estimfw.model.frame import Frame, rotation
 from estimfw.model.parts import (
-    DerivedVariable,
     KnownInput,
     Measurement,
     NoiseInput,
@@ -132,6 +132,36 @@ class Model:
             frozenset((b.quantity, a) for b in self.blocks if b.quantity for a in b.axes),
         )
 
+    # -- held variables ------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _held(self) -> tuple[dict[Factor, Polynomial], tuple[DerivedVariable, ...]]:
+        return held_variables(self.derived, dict(self.fixed))
+
+    @property
+    def _substitution(self) -> dict[Factor, Polynomial]:
+        """What stands for the held scalars of the nominal in coefficients, derived ones included."""
+        return {**dict(self.fixed), **self._held[0]}
+
+    @cached_property
+    def held(self) -> tuple[DerivedVariable, ...]:
+        """Derived variables of held ones (``fixed.<name>``) that coefficients need, see `estimfw.model.derived`."""
+        needed: set[str] = set(self.needs | self.G.coefficient.needs)
+        kept: list[DerivedVariable] = []
+        for twin in reversed(self._held[1]):
+            if twin.name in needed:
+                needed |= set(twin.reads)
+                kept.append(twin)
+        return tuple(reversed(kept))
+
+    def nominal(self, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """A nominal (without leading axes) with what this model's coefficients need besides: `held`."""
+        complete = dict(values)
+        for twin in self.held:
+            if all(name in complete for name in twin.reads):
+                complete[twin.name] = derived_value(twin, complete, ())
+        return complete
+
     # -- assembly ------------------------------------------------------------------------------------------------
 
     def term_matrix(self, term: ProcessTerm) -> Coefficient:
@@ -142,7 +172,7 @@ class Model:
             source_frame = source.frame
         full = self._between(term.coefficient, self._acting(term), target.frame, source_frame)
         source_live = source.live if not isinstance(source, KnownInput) else range(len(source.axes))
-        return full.select(list(target.live), list(source_live)).substitute(dict(self.fixed))
+        return full.select(list(target.live), list(source_live)).substitute(self._substitution)
 
     def _acting(self, term: ProcessTerm) -> str | None:
         """The frame in which a term's coefficient is written: its own, else the one its target (or source) was declared in."""
@@ -242,7 +272,7 @@ class Model:
         for term in m.terms:
             block = self.block(term.block)
             full = self._between(term.coefficient, m.frame or block.declared_frame, m.frame, block.frame)
-            part = full.select(list(m.live), list(block.live)).substitute(dict(self.fixed))
+            part = full.select(list(m.live), list(block.live)).substitute(self._substitution)
             total = total + part.embed(shape, 0, self.offsets[block.name])
         return LabelledMatrix(m.labels, self.states, total)
 

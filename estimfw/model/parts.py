@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from estimfw.model.coefficient import Coefficient
+from estimfw.model.derived import DerivedVariable
 from estimfw.model.frame import Frame
 
 __all__ = [
@@ -232,20 +233,6 @@ class Measurement:
     @property
     def live(self) -> tuple[int, ...]:
         return tuple(self.all_rows.index(r) for r in self.rows)
-
-
-@dataclass(frozen=True, slots=True)
-class DerivedVariable:
-    """A variable computed from others by a plugin's module-level function on arrays with leading axes.
-
-    ``function(**{name: array for name in needs}) -> array`` of ``shape`` behind the leading axes.
-    """
-
-    name: str
-    shape: tuple[int, ...]
-    needs: tuple[str, ...]
-    function: Callable[..., Any]
-    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)

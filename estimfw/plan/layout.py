@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimfw.errors import ConfigError, PluginError
+from estimfw.errors import ConfigError
+from estimfw.model.derived import DerivedVariable, derived_value
 from estimfw.model.nominal import NominalVariable
-from estimfw.model.parts import DerivedVariable
 from estimfw.spelling import did_you_mean
 
-__all__ = ["NominalLayout", "derived_value"]
+__all__ = ["NominalLayout"]
 
 FloatArray = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ class NominalLayout:
         for d in self.derived:
             if d.name == name:
                 order = ("constant", "stepped", "varying")
-                return order[max((order.index(self.changes(need)) for need in d.needs), default=0)]
+                return order[max((order.index(self.changes(need)) for need in d.reads), default=0)]
         return "constant"
 
     def unpack(self, rows: FloatArray) -> dict[str, FloatArray]:
@@ -103,20 +103,3 @@ class NominalLayout:
     def reasons(self, names: Iterable[str]) -> list[str]:
         """Which of these are not constant."""
         return sorted(n for n in names if self.changes(n) != "constant")
-
-
-def derived_value(d: DerivedVariable, values: Mapping[str, FloatArray], leading: tuple[int, ...]) -> FloatArray:
-    """The variable (..., *shape); PluginError where the plugin's function fails, or makes another shape or NaN of numbers."""
-    needed = {need: values[need] for need in d.needs}
-    what = f"the derived variable {d.name!r} ({d.function.__module__}.{d.function.__qualname__})"
-    try:
-        value = np.asarray(d.function(**needed), dtype=float)
-    except Exception as cause:
-        raise PluginError(f"{what} raised {type(cause).__name__}: {cause}") from cause
-    if value.shape != (*leading, *d.shape):
-        hint = "arrays come with leading axes (epochs, runs), the value needs them too"
-        raise PluginError(f"{what} has the shape {value.shape}, {(*leading, *d.shape)} is due", hint=hint)
-    if not np.all(np.isfinite(value)) and all(np.all(np.isfinite(v)) for v in needed.values()):
-        at = tuple(int(i) for i in np.argwhere(~np.isfinite(value))[0])
-        raise PluginError(f"{what} is {value[at]}", hint=f"at {list(at)}, for {needed}"[:300] if at else None)
-    return value

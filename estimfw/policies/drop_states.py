@@ -119,13 +119,13 @@ def _lost_reading(
         return None
     sigma = np.sqrt(np.diag(model.prior.evaluate(reference)[1]))[lost]
     noise = np.sqrt(np.diag(model.R(m.name)))[rows, None]
-    worst = float(np.max(np.abs(H.evaluate(reference)) * sigma / np.where(noise > 0.0, noise, 1.0)))
+    worst = float(np.max(np.abs(H.evaluate(model.nominal(reference))) * sigma / np.where(noise > 0.0, noise, 1.0)))
     return Measure(f"reading of a dropped state at 1 sigma by {m.name}, in sigmas of its noise:", worst, "")
 
 
 def _lost_coupling(model: Model, lost: NDArray[np.bool_], reference: Mapping[str, FloatArray]) -> Measure:
     """The largest rate of a staying state by a dropped one at 1 sigma, against the staying state's own sigma."""
-    f = model.F.coefficient.evaluate(reference)
+    f = model.F.coefficient.evaluate(model.nominal(reference))
     sigma = np.sqrt(np.diag(model.prior.evaluate(reference)[1]))
     rate = np.abs(f[np.ix_(~lost, lost)]) * sigma[lost]
     own = np.where(sigma[~lost] > 0.0, sigma[~lost], 1.0)[:, None]

@@ -54,4 +54,4 @@ def _largest(model: Model, label: str, reference: Mapping[str, FloatArray]) -> f
     matrix = model.term_matrix(model.term(label))
     if matrix.is_zero:
         return 0.0
-    return float(abs(matrix.evaluate(reference)).max())
+    return float(abs(matrix.evaluate(model.nominal(reference))).max())

@@ -18,6 +18,7 @@ __all__ = ["PruneUnobservable", "model_observability"]
 
 def model_observability(model: Model, reference: Mapping[str, FloatArray]) -> FrozenObservability:
     """Observability of a model, frozen at the reference nominal."""
+    reference = model.nominal(reference)
     rows = [model.H(m.name).coefficient.evaluate(reference) for m in model.measurements]
     H = np.vstack(rows) if rows else np.zeros((0, len(model.states)))
     return frozen_observability(model.F.coefficient.evaluate(reference), H, model.prior.evaluate(reference)[1])

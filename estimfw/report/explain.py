@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.analysis.directions import undetectable_directions
 from estimfw.config.compose import Problem
 from estimfw.model.model import Model
 from estimfw.policies.prune_unobservable import model_observability
@@ -39,7 +38,7 @@ def stages(problem: Problem) -> list[Stage]:
 def explain_json(problem: Problem) -> dict[str, Any]:
     """Everything in SI units, for machines; a varying F stands at the provider's initial nominal."""
     model, nominal = problem.model, problem.reference
-    values = {**nominal, **derived(problem)}
+    values = model.nominal(nominal)
     H = [model.H(m.name).coefficient.evaluate(values) for m in model.measurements]
     kinds = {m.name: m.noise for m in model.measurements}
     R = [model.R(m.name) for m in model.measurements]
@@ -70,20 +69,9 @@ def explain_json(problem: Problem) -> dict[str, Any]:
         "equivalence": [c.as_json() for c in problem.checks],
         "rank": along[-1].rank,
         "stages": [{"name": s.name, "states": s.states, "rank": s.rank} for s in along],
-        "unobservable": undetectable_directions(model, nominal),
+        "unobservable": list(problem.undetermined),
         "plan_hash": problem.plan.hash,
     }
-
-
-def derived(problem: Problem) -> dict[str, FloatArray]:
-    """Derived nominal variables at the reference nominal."""
-    values = dict(problem.reference)
-    made: dict[str, FloatArray] = {}
-    for d in problem.model.derived:
-        if all(need in values for need in d.needs):
-            made[d.name] = np.asarray(d.function(**{need: values[need] for need in d.needs}), dtype=float)
-            values[d.name] = made[d.name]
-    return made
 
 
 def _block_diagonal(parts: list[FloatArray]) -> FloatArray:
