@@ -17,8 +17,8 @@ FloatArray = NDArray[np.float64]
 
 #: A mode decaying faster than this (1/s) forgets by itself.
 DECAY = 1e-12
-#: A part smaller than this of the largest, in prior sigmas, is not printed.
-SMALL = 1e-2
+#: A change of a state smaller than this of all that stays undetermined of it is not printed.
+SMALL = 0.05
 
 
 def undetectable_directions(model: Model, nominal: Mapping[str, FloatArray]) -> list[str]:
@@ -52,11 +52,16 @@ def directions_in_names(
     kernel = found.kernel @ np.linalg.inv(found.kernel[chosen])
     sigma = np.sqrt(np.diag(covariance))
     sigma = np.where(sigma > 0.0, sigma, 1.0)
+    # Not against the prior sigma: 0.006 deg of 10 deg is all that stays open of a tilt, and what a user asks for.
+    rest = np.linalg.norm(found.kernel, axis=1)
     texts = []
     for column, own in enumerate(chosen):
         change = kernel[:, column] * sigma[own]
-        weight = np.abs(change / sigma)
-        others = [i for i in np.argsort(-weight, kind="stable") if i != own and weight[i] > SMALL * weight.max()]
+        others = [
+            i
+            for i in np.argsort(-np.abs(change / sigma), kind="stable")
+            if i != own and abs(change[i]) > SMALL * rest[i]
+        ]
         texts.append(", ".join(f"{states[i]} {_shown(change[i], *units[i])}" for i in (own, *others)))
     return texts
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from estimfw.cli.opening import config_arguments, open_problem
+from estimfw.cli.opening import config_arguments, open_problem, say_undetermined
 
 __all__ = ["command"]
 
@@ -27,6 +27,8 @@ def command(config: Path, overrides: tuple[str, ...], as_json: bool, data: bool)
         prepared = prepare(problem, load_record(problem))
         steps, kernel = len(prepared.steps), prepared.scan.name
         notes.extend(f"{e.source}: {e.kind}, {e.text}" for e in prepared.events)
+    elif problem.source is None:
+        notes.append("the config has no source: there is nothing to run it on")
     found = {
         "ok": True,
         "states": list(problem.model.states),
@@ -34,8 +36,10 @@ def command(config: Path, overrides: tuple[str, ...], as_json: bool, data: bool)
         "steps": steps,
         "kernel": kernel,
         "notes": notes,
+        "undetermined": list(problem.undetermined),
         "warnings": list(problem.warnings),
     }
+    say_undetermined(problem, listed=True)
     if as_json:
         click.echo(json.dumps(found))
         return

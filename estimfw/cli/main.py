@@ -144,14 +144,13 @@ def _report_bug(error: Exception, *, as_json: bool, debug: bool) -> int:
 
 
 def _print(facts: dict[str, object], text: str, *, as_json: bool, debug: bool) -> None:
-    """The error, for a machine on stdout or for a person on stderr."""
+    """The error, for a person on stderr, and for a machine on stdout where it asked for JSON."""
     if debug:
         import traceback
 
         traceback.print_exc()
     if as_json:
         click.echo(json.dumps({"error": facts}))
-        return
     from rich.console import Console
 
     Console(stderr=True, soft_wrap=True).print(text, style="red", markup=False, highlight=False, emoji=False)

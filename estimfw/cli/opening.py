@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from estimfw.config.compose import Problem
 
-__all__ = ["config_arguments", "console", "open_problem", "say"]
+__all__ = ["config_arguments", "console", "open_problem", "say", "say_undetermined"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -55,3 +55,19 @@ def say(text: str, style: str = "") -> None:
     from rich.text import Text
 
     Console(stderr=True).print(Text(text, style=style), soft_wrap=True)
+
+
+def say_undetermined(problem: Problem, *, listed: bool = False) -> None:
+    """Combinations of states that the measurements do not determine: a sentence, or a warning with the list of them."""
+    count = len(problem.undetermined)
+    if not count:
+        return
+    many, keep = (
+        ("combinations of states are", "keep their") if count > 1 else ("combination of states is", "keeps its")
+    )
+    told = f"{count} {many} not determined by the measurements and {keep} prior uncertainty"
+    if listed:
+        say("\n  ".join([f"warning: {told}, here with what goes together:", *problem.undetermined]), style="yellow")
+        return
+    them = "them" if count > 1 else "it"
+    say(f"{told} (usual for a standing vehicle); estimfw check lists {them}", style="dim")

@@ -6,15 +6,18 @@ import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from estimfw.cli.opening import config_arguments, open_problem, say
+from estimfw.cli.opening import config_arguments, open_problem, say, say_undetermined
+from estimfw.errors import UsageError
 
 if TYPE_CHECKING:
+    import xarray as xr
     from rich.console import Console
 
+    from estimfw.config.compose import Problem
     from estimfw.run.run import Collected, Progress
 
 __all__ = ["command"]
@@ -24,8 +27,10 @@ __all__ = ["command"]
 @config_arguments
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the result (default: results/CONFIG).")
 @click.option("--force", is_flag=True, help="Replace a result that is there.")
-@click.option("--at", type=float, help="Answer for this instant (s) instead of the last.")
-@click.option("--csv", is_flag=True, help="Write the outputs over time as outputs.csv too.")
+@click.option("--at", type=float, help="Answer as if the run had ended at this instant (s).")
+@click.option(
+    "--csv", is_flag=True, help="Write the outputs over time as outputs.csv too (states where there are none)."
+)
 @click.option("--report/--no-report", default=True, help="Pictures and page (default: yes).")
 def command(
     config: Path, overrides: tuple[str, ...], as_json: bool, output: Path | None, force: bool, at: float | None, csv: bool,
@@ -34,36 +39,46 @@ def command(
     """Run the filter of CONFIG over its record.
 
     Writes result.nc, summary.json, pictures and report.html into the output folder. With --json and without --output nothing
-    is written: the answer goes to standard output alone.
+    is written: the answer goes to standard output alone. With --at, the answer, summary.json and outputs.csv are those of the
+    run up to that instant; result.nc, pictures and page show the whole.
     """
-    from estimfw.run.answer import answer, until
-    from estimfw.run.dataset import result_dataset
     from estimfw.run.files import output_folder
-    from estimfw.run.run import run_problem
 
+    if csv and as_json and output is None:
+        raise UsageError("--csv with --json needs a folder for the file", hint="name it: -o FOLDER")
     problem = open_problem(config, overrides)
     folder = output if output is not None or as_json else Path("results") / config.stem
     if folder is None:
-        with _progress(as_json) as progress:
-            done = run_problem(problem, progress)
-        dataset, written = result_dataset(done), []
-        shown = dataset if at is None else until(dataset, at)
+        done, _, shown = _run(problem, at, as_json)
+        written: list[Path] = []
     else:
         with output_folder(folder, _names(csv=csv, report=report), force=force):
-            with _progress(as_json) as progress:
-                done = run_problem(problem, progress)
-            dataset = result_dataset(done)
-            shown = dataset if at is None else until(dataset, at)
+            done, dataset, shown = _run(problem, at, as_json)
             with _busy("writing the result", as_json):
-                written = _write(dataset, done, folder, force=force, csv=csv, report=report)
+                written = _write(dataset, shown, folder, force=force, csv=csv, report=report)
     if as_json:
-        click.echo(json.dumps(answer(dataset, at=at) | {"timing": _timing(done)}, allow_nan=False))
-        return
-    from estimfw.cli.opening import console
-    from estimfw.report.terminal import print_result
+        from estimfw.run.answer import answer
 
-    print_result(shown, console(), at_end=at is None)
-    _say_done(done, folder, written)
+        click.echo(json.dumps(answer(shown) | {"timing": _timing(done)}, allow_nan=False))
+    else:
+        from estimfw.cli.opening import console
+        from estimfw.report.terminal import print_result
+
+        print_result(shown, console(), at_end=at is None)
+        _say_done(done, folder, written)
+    say_undetermined(problem)
+
+
+def _run(problem: Problem, at: float | None, quiet: bool) -> tuple[Collected, xr.Dataset, xr.Dataset]:
+    """What was collected, the result of it, and the result up to ``at``."""
+    from estimfw.run.dataset import result_dataset
+    from estimfw.run.run import run_problem
+    from estimfw.run.until import until
+
+    with _progress(quiet) as progress:
+        done = run_problem(problem, progress)
+    dataset = result_dataset(done)
+    return done, dataset, dataset if at is None else until(dataset, at)
 
 
 def _names(*, csv: bool, report: bool) -> list[str]:
@@ -82,16 +97,16 @@ def _say_done(done: Collected, folder: Path | None, written: Sequence[Path]) -> 
         say(f"wrote {', '.join(names)} into {folder}")
 
 
-def _write(dataset: Any, done: Collected, folder: Path, *, force: bool, csv: bool, report: bool) -> list[Path]:
-    from estimfw.run.answer import answer, outputs_csv
+def _write(dataset: xr.Dataset, shown: xr.Dataset, folder: Path, *, force: bool, csv: bool, report: bool) -> list[Path]:
+    from estimfw.run.answer import answer, values_csv
     from estimfw.run.files import write_text
     from estimfw.run.result_file import write_result
 
     written = [write_result(dataset, folder / "result.nc", force=force)]
-    text = json.dumps(answer(dataset), indent=2, allow_nan=False) + "\n"
+    text = json.dumps(answer(shown), indent=2, allow_nan=False) + "\n"
     written.append(write_text(folder / "summary.json", text, force=force))
     if csv:
-        written.append(write_text(folder / "outputs.csv", outputs_csv(dataset), force=force))
+        written.append(write_text(folder / "outputs.csv", values_csv(shown), force=force))
     if report:
         from estimfw.report.write import write_report
 

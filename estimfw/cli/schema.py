@@ -38,9 +38,13 @@ def command(folder: Path | None, checked: Path | None, as_json: bool) -> None:
 
 
 def _write(folder: Path, text: str) -> Path:
+    from estimfw.errors import DataError, Location
     from estimfw.run.files import write_text
 
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as cause:
+        raise DataError(f"cannot write: {cause.strerror}", location=Location(str(folder))) from cause
     return write_text(folder / FILE_NAME, text, force=True)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from estimfw.cli.opening import config_arguments, open_problem
+from estimfw.cli.opening import config_arguments, open_problem, say_undetermined
 
 __all__ = ["command"]
 
@@ -29,6 +29,7 @@ def command(config: Path, overrides: tuple[str, ...], as_json: bool, output: Pat
         written = write_record(record, output, kind, force=force)
     if as_json:
         click.echo(json.dumps({"files": [str(p) for p in written]}))
-        return
-    for path in written:
-        click.echo(str(path))
+    else:
+        for path in written:
+            click.echo(str(path))
+    say_undetermined(problem)

@@ -26,6 +26,7 @@ from estimfw.report.tables import (
     event_table,
     policy_table,
 )
+from estimfw.run.plausibility import cautions
 from estimfw.run.result_names import measurement_names
 from estimfw.run.summary import events_of, json_attribute, measurement_summaries
 
@@ -147,7 +148,7 @@ def _header(dataset: xr.Dataset, title: str) -> str:
     chips = "".join(f'<span class="chip {tone}">{escape(text)}</span>\n' for text, tone in _chips(dataset))
     return (
         f"<header>\n<h1>{escape(title)}</h1>\n<p>{escape(' · '.join(told))}</p>\n"
-        f'<div class="chips">\n{chips}</div>\n{_mismatches(dataset)}{_caveat(dataset)}</header>\n'
+        f'<div class="chips">\n{chips}</div>\n{_mismatches(dataset)}{_cautions(dataset)}{_caveat(dataset)}</header>\n'
     )
 
 
@@ -169,6 +170,14 @@ def _mismatches(dataset: xr.Dataset) -> str:
         f"<li><code>{escape(str(e.get('operation')))}</code>: {escape(str(e.get('text')))}</li>" for e in entries
     )
     return f'<div class="banner"><strong>Model and mechanization do not match.</strong><ul>{lines}</ul></div>\n'
+
+
+def _cautions(dataset: xr.Dataset) -> str:
+    told = cautions(dataset)
+    if not told:
+        return ""
+    lines = "".join(f"<li>{escape(one)}</li>" for one in told)
+    return f'<div class="banner"><strong>Caution: the data contradict the filter.</strong><ul>{lines}</ul></div>\n'
 
 
 def _caveat(dataset: xr.Dataset) -> str:

@@ -12,6 +12,7 @@ from estimfw.report.headline import Headline, headlines
 from estimfw.report.judgement import sigma_caveat
 from estimfw.report.numbers import plain
 from estimfw.report.tables import Table, disposition_table, end_table, event_table
+from estimfw.run.plausibility import cautions
 from estimfw.run.summary import json_attribute
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
             console.print(Text(text, style=TONES["bad"]))
     for line in headlines(dataset):
         console.print(_headline(line))
+    for caution in cautions(dataset):
+        console.print(Text(f"caution: {caution}", style=TONES["bad"]))
     caveat = sigma_caveat(dataset)
     if caveat:
         console.print(Text(caveat, style=TONES["warn"]))

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from estimfw.kernels.fuse import MEANINGS
+from estimfw.run.event_columns import event_columns
+from estimfw.run.plausibility import implausible_events, unmeasured
 from estimfw.run.run import Collected
 from estimfw.units.unit_text import parse_unit
 
@@ -37,7 +39,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         **_outputs(done),
         **_truths(done),
         **_measurements(done),
-        **_events(done),
+        **_unmeasured(done),
     }
     coordinates: dict[str, Any] = {
         "time": ("time", time, {"units": "s", "long_name": "time, end of the step"}),
@@ -67,8 +69,10 @@ def result_dataset(done: Collected) -> xr.Dataset:
         "provenance": json.dumps(provenance(done)),
         "policies": json.dumps([c.as_json() for c in problem.changes]),
         "equivalence": json.dumps([c.as_json() for c in problem.checks]),
+        "undetermined": json.dumps(problem.undetermined),
     }
-    return xr.Dataset(variables, coordinates, attributes)
+    made = xr.Dataset(variables, coordinates, attributes)
+    return made.assign(event_columns((*done.events, *implausible_events(made))))
 
 
 def _axis(name: str, labels: list[str], units: list[str], display: list[str]) -> dict[str, Any]:
@@ -134,17 +138,14 @@ def _measurements(done: Collected) -> dict[str, Any]:
     return made
 
 
-def _events(done: Collected) -> dict[str, Any]:
-    events = done.events
-    if not events:
-        return {}
-    return {
-        "event_time": ("event", np.array([e.time for e in events], dtype=float)),
-        "event_source": ("event", [e.source for e in events]),
-        "event_kind": ("event", [e.kind for e in events]),
-        "event_text": ("event", [e.text for e in events]),
-        "event_count": ("event", np.array([e.count for e in events], dtype=np.int64)),
-    }
+def _unmeasured(done: Collected) -> dict[str, Any]:
+    prepared = done.prepared
+    steps, problem = prepared.steps, prepared.problem
+    elapsed = steps.time[done.covariance_index] - (steps.time[0] - steps.dt[0])
+    corrected = frozenset(slot.quantity for slot in problem.provider.slots)
+    mean, sigma = unmeasured(problem.model, problem.reference, prepared.prior, elapsed, corrected)
+    axes = ("covariance_time", "state")
+    return {"unmeasured_mean": (axes, mean), "unmeasured_sigma": (axes, sigma)}
 
 
 def provenance(done: Collected) -> dict[str, Any]:

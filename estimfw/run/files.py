@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import shutil
@@ -154,5 +155,14 @@ def _cannot_write(path: Path, fault: Exception) -> DataError:
     return DataError(
         f"cannot write: {reason}",
         location=Location(str(path)),
-        hint="what was there before is unchanged; free some space, or name another output",
+        hint=f"what was there before is unchanged; {_way_out(fault)}",
     )
+
+
+def _way_out(fault: Exception) -> str:
+    number = getattr(fault, "errno", None)
+    if number in (errno.ENOSPC, errno.EDQUOT):
+        return "free some space, or name another output"
+    if number in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return "name an output that you may write"
+    return "name another output"

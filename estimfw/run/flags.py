@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from estimfw.data.record import Event
 from estimfw.kernels.fuse import FUSED, GATED, INVALID, MISSING
-from estimfw.plan.plan import MeasurementPlan
 from estimfw.run.prepare import Prepared
 
-__all__ = ["disposition_events"]
+__all__ = ["disposition_events", "measurement_flags"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -30,21 +29,37 @@ def disposition_events(prepared: Prepared, disposition: IntArray, used: IntArray
     told = {e.source for e in prepared.events if e.kind == "missing"}
     events: list[Event] = []
     for j, m in enumerate(prepared.plan.measurements):
-        for kind, which, text in _kinds(prepared, m, disposition[:, j], used[:, j], nis[:, j]):
-            if which.any() and not (kind == "missing" and m.stream in told):
-                first = float(prepared.steps.time[int(np.argmax(which))])
-                events.append(Event(first, m.name, kind, text, int(which.sum())))
+        gate = prepared.plan.thresholds(m)
+        threshold = None if gate is None else float(gate[-1])
+        flags = measurement_flags(
+            m.name, m.rows, threshold, prepared.steps.time, disposition[:, j], used[:, j], nis[:, j]
+        )
+        events += [flag for flag in flags if not (flag.kind == "missing" and m.stream in told)]
     return tuple(events)
 
 
+def measurement_flags(
+    name: str,
+    rows: int,
+    threshold: float | None,
+    time: FloatArray,
+    disposition: IntArray,
+    used: IntArray,
+    nis: FloatArray,
+) -> Iterator[Event]:
+    """The events of one measurement: arrays over its epochs (K,); ``threshold`` is the largest NIS that is fused."""
+    for kind, which, text in _kinds(rows, threshold, disposition, used, nis):
+        if which.any():
+            yield Event(float(time[int(np.argmax(which))]), name, kind, text, int(which.sum()))
+
+
 def _kinds(
-    prepared: Prepared, m: MeasurementPlan, disposition: IntArray, used: IntArray, nis: FloatArray
+    rows: int, threshold: float | None, disposition: IntArray, used: IntArray, nis: FloatArray
 ) -> Iterator[tuple[str, NDArray[np.bool_], str]]:
     gated = disposition == GATED
-    threshold = prepared.plan.thresholds(m)
     if threshold is not None:
         largest = float(np.max(nis[gated], initial=0.0))
-        yield "gated", gated, f"NIS up to {largest:.4g} beyond the gate of {threshold[-1]:.4g}; not fused"
+        yield "gated", gated, f"NIS up to {largest:.4g} beyond the gate of {threshold:.4g}; not fused"
     yield "invalid", disposition == INVALID, "the innovation covariance S is singular or not positive; not fused"
-    incomplete = (disposition == MISSING) | ((disposition == FUSED) & (used < m.rows))
+    incomplete = (disposition == MISSING) | ((disposition == FUSED) & (used < rows))
     yield "missing", incomplete, "components that are not finite are skipped, the rest is fused"

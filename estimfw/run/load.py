@@ -29,7 +29,9 @@ def load_record(problem: Problem) -> Record:
         raise ConfigError(
             "there is nothing to run on: the config has no source",
             location=problem.document.locate(()),
-            hint="add a source, such as source: {kind: inertial.imu_log, file: my.imu}",
+            hint="add a source: {kind: log, streams: {fix: {file: fix.csv}}} reads a file for each measurement, "
+            "{kind: simulate_model, duration: 60 s, rate: 1 Hz} makes what the model says, "
+            "{kind: inertial.imu_log, file: my.imu} reads an IMU log",
         )
     record = _loaded(problem.source, problem, ("source",))
     for name, source in problem.aiding.items():

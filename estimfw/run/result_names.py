@@ -33,6 +33,8 @@ SHEET: dict[str, tuple[str, str | None]] = {
     "sigma": ("standard deviation of each estimate, from the filter's covariance", PER_STATE),
     "covariance_time": ("time of each stored covariance", "s"),
     "covariance": ("covariance of the estimates", "product of the SI units of its states, see state_unit"),
+    "unmeasured_mean": ("each state without any measurement; NaN where others drive it", PER_STATE),
+    "unmeasured_sigma": ("sigma of each state without any measurement; NaN where others drive it", PER_STATE),
     "truth": ("true value of each state, where the source knows it", PER_STATE),
     "error": ("estimate minus truth of each state", PER_STATE),
     "output": ("label of each physical output", None),

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.data.record import Event, FloatArray
+from estimfw.run.json_value import without_nan
 from estimfw.run.result_names import DISPOSITIONS, measurement_attribute, measurement_names
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ def summarise(dataset: xr.Dataset) -> dict[str, Any]:
         "equivalence": json_attribute(dataset, "equivalence", []),
         "provenance": json_attribute(dataset, "provenance", {}),
     }
-    cleaned: dict[str, Any] = _without_nan(summary)
+    cleaned: dict[str, Any] = without_nan(summary)
     return cleaned
 
 
@@ -202,11 +203,3 @@ def _as_json(end: EndValue) -> dict[str, Any]:
         "unit": end.unit,
         "display": {"value": value, "sigma": sigma, "error": error, "unit": end.display_unit},
     }
-
-
-def _without_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_without_nan(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

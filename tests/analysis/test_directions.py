@@ -36,19 +36,42 @@ def two(reads: Reads) -> Model:
     return build_model([lone("bias", "m/s^2", 1e-3), lone("tilt", "rad", 0.1)], measurements=[reading(reads)])
 
 
-def test_a_direction_is_told_in_state_names_with_its_factor_and_unit() -> None:
-    """z = bias + 9.8 tilt: a tilt of -1/9.8 rad for each m/s^2 of bias is not seen."""
-    texts = undetectable_directions(two({"bias": 1.0, "tilt": 9.8}), {})
-    assert texts == ["bias - 0.102 rad/(m/s^2) tilt"]
+def test_a_direction_is_told_as_a_change_of_one_prior_sigma_and_what_goes_with_it() -> None:
+    """z = bias + 9.8 tilt: a bias of one prior sigma, 1e-3 m/s^2, is not seen with a tilt of -1e-3/9.8 rad."""
+    assert undetectable_directions(two({"bias": 1.0, "tilt": 9.8}), {}) == ["bias 0.001 m/s^2, tilt -0.000102 rad"]
 
 
-def test_the_direction_told_is_invisible() -> None:
-    factor = float(undetectable_directions(two({"bias": 1.0, "tilt": 9.8}), {})[0].split()[2])
-    assert abs(1.0 * 1.0 + 9.8 * -factor) < 5e-3  # to the digits printed
+def test_the_change_told_is_invisible() -> None:
+    (text,) = undetectable_directions(two({"bias": 1.0, "tilt": 9.8}), {})
+    bias, tilt = (float(part.split()[1]) for part in text.split(", "))
+    assert abs(1.0 * bias + 9.8 * tilt) < 5e-3 * bias  # to the digits printed
+
+
+def test_numbers_stand_in_the_unit_in_which_people_read_the_state() -> None:
+    tilt = BlockParts(StateBlock("tilt", ("",), ("",), "rad", "deg"), ((0.1**2,),), (0.0,))
+    model = build_model([lone("bias", "m/s^2", 1e-3), tilt], measurements=[reading({"bias": 1.0, "tilt": 9.8})])
+    assert undetectable_directions(model, {}) == ["bias 0.001 m/s^2, tilt -0.00585 deg"]
+
+
+def test_a_part_that_is_little_of_what_stays_open_of_its_state_is_left_out() -> None:
+    """z = bias + 9.8 tilt, w = drift + 0.01 bias + 9.8 turn: that a bias turns a little too is not told."""
+    parts = [
+        lone("bias", "m/s^2", 1e-3),
+        lone("tilt", "rad", 0.1),
+        lone("drift", "m/s^2", 1e-3),
+        lone("turn", "rad", 0.1),
+    ]
+    second = Measurement(
+        "w", ("",), ("",), "1",
+        tuple(MeasurementTerm(n, constant([[k]])) for n, k in (("drift", 1.0), ("bias", 0.01), ("turn", 9.8))),
+        ((1.0,),), "density",
+    )  # fmt: skip
+    texts = undetectable_directions(build_model(parts, measurements=[reading({"bias": 1.0, "tilt": 9.8}), second]), {})
+    assert sorted(texts) == ["bias 0.001 m/s^2, tilt -0.000102 rad", "drift 0.001 m/s^2, turn -0.000102 rad"]
 
 
 def test_an_unread_state_is_its_own_direction() -> None:
-    assert undetectable_directions(two({"bias": 1.0}), {}) == ["tilt"]
+    assert undetectable_directions(two({"bias": 1.0}), {}) == ["tilt 0.1 rad"]
 
 
 def test_an_observable_model_has_none() -> None:
@@ -59,7 +82,7 @@ def test_an_observable_model_has_none() -> None:
 
 def test_what_decays_by_itself_is_not_complained_about() -> None:
     assert undetectable_directions(with_decay(lambda: two({"bias": 1.0}), "tilt", 0.01), {}) == []
-    assert undetectable_directions(with_decay(lambda: two({"bias": 1.0}), "tilt", -0.01), {}) == ["tilt"]
+    assert undetectable_directions(with_decay(lambda: two({"bias": 1.0}), "tilt", -0.01), {}) == ["tilt 0.1 rad"]
 
 
 def test_a_model_without_measurements_has_no_say() -> None:

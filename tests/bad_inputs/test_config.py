@@ -251,4 +251,4 @@ def test_16_a_byte_order_mark_is_accepted(check: Check, tracker: Tracker) -> Non
 def test_16_a_config_that_is_not_there_names_itself(estimfw: Check) -> None:
     told = estimfw("check", "nothing.yaml")
     assert told.code == 3
-    told.says("nothing.yaml: cannot read nothing.yaml: No such file or directory")
+    told.says("nothing.yaml: cannot read the config: No such file or directory")

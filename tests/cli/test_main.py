@@ -83,7 +83,7 @@ def test_an_error_says_where_what_and_what_to_do_on_stderr(
     assert capsys.readouterr().err == "error: a.yaml:3:4: odd [red]key[/]\n  did you mean 'even'?\n"
 
 
-def test_json_puts_the_same_facts_on_stdout(
+def test_json_puts_the_same_facts_on_stdout_and_the_text_stays_on_stderr(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     raising(monkeypatch, ConfigError("odd", location=Location("a.yaml", 3, 4), hint="even"))
@@ -100,7 +100,7 @@ def test_json_puts_the_same_facts_on_stdout(
             "hint": "even",
         }
     }
-    assert told.err == ""
+    assert told.err == "error: a.yaml:3:4: odd\n  even\n"
 
 
 def test_our_own_bug_is_owned_and_shows_its_traceback_only_under_debug(

@@ -111,6 +111,40 @@ def test_schema_is_json_and_tells_as_json_what_it_wrote(estimfw: Run) -> None:
     assert json.loads(estimfw("schema", "--check", "schemas", "--json").out)["ok"]
 
 
+NO_SOURCE = """estimfw: 1
+blocks: {p: {kind: random_walk, unit: m, sigma: 2 m, noise: 0.1 m/sqrt(s)}}
+measurements: {fix: {kind: direct, of: [{block: p}], noise: 1 m}}
+"""
+
+
+def test_a_config_without_a_source_can_be_checked_and_says_what_to_run_it_on(estimfw: Run) -> None:
+    Path("bare.yaml").write_text(NO_SOURCE)
+    told = estimfw("check", "bare.yaml")
+    assert told.code == 0 and "note: the config has no source" in told.out
+    told = estimfw("run", "bare.yaml")
+    assert told.code == 3
+    assert "the config has no source" in told.err
+    for kind in ("log", "simulate_model", "inertial.imu_log"):
+        assert f"{{kind: {kind}, " in told.err
+
+
+@pytest.mark.parametrize(
+    "source", ["{kind: log, streams: {fix: {file: fix.csv}}}", "{kind: simulate_model, duration: 60 s, rate: 1 Hz}"]
+)
+def test_the_sources_that_are_suggested_are_accepted(estimfw: Run, source: str) -> None:
+    Path("bare.yaml").write_text(f"{NO_SOURCE}source: {source}\n")
+    Path("fix.csv").write_text("time,fix\n1,0.5\n2,0.4\n")
+    assert estimfw("run", "bare.yaml", "--json").code == 0
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="no folder that nobody can write into")
+@pytest.mark.parametrize("words", [("run", TRACKER, "-o", "/proc/x"), ("schema", "--write", "/proc/x")])
+def test_where_nothing_can_be_written_no_space_is_asked_for(estimfw: Run, words: tuple[str, ...]) -> None:
+    told = estimfw(*words)
+    assert told.code == 5
+    assert told.err.startswith("error: /proc/x: cannot write: ") and "space" not in told.err
+
+
 @pytest.mark.parametrize("width", [80, 200])
 def test_kinds_of_plugins_are_whole_so_that_they_can_be_copied(estimfw: Run, width: int) -> None:
     out = estimfw("plugins", "show", "sins_static", width=width).out

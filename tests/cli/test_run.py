@@ -90,21 +90,65 @@ def test_an_existing_csv_is_not_replaced_without_force(estimfw: Run) -> None:
     assert not Path("results/static_7/result.nc").exists()
 
 
-def test_at_answers_for_that_instant_and_writes_the_whole(estimfw: Run) -> None:
+def test_at_answers_as_if_the_run_had_ended_there_and_keeps_the_whole_result(estimfw: Run) -> None:
     whole = json.loads(estimfw(*STATIC, "--json").out)
     early = json.loads(estimfw(*STATIC, "--json", "--at", "10").out)
+    short = json.loads(estimfw(*STATIC, "--set", "source.duration=10 s", "--json").out)
     assert (whole["time"], early["time"]) == (20.0, 10.0)
     assert early["attitude"]["pitch"]["sigma"] > whole["attitude"]["pitch"]["sigma"]
-    told = estimfw(*STATIC, "--at", "10", "--no-report")
+    for part in ("states", "attitude", "steps", "dispositions", "mean_nis", "measurements", "events", "cautions"):
+        assert early[part] == short[part], part
+    told = estimfw(*STATIC, "--at", "10", "--no-report", "--csv")
     assert "At 10 s" in told.out and "At the end" not in told.out
+    assert len(Path("results/static_7/outputs.csv").read_text().splitlines()) == 11
+    assert json.loads(Path("results/static_7/summary.json").read_text())["steps"] == 10
     assert read_result(Path("results/static_7/result.nc")).sizes["time"] == 20
 
 
-def test_an_instant_outside_of_the_run_is_refused_and_nothing_is_written(estimfw: Run) -> None:
-    told = estimfw(*STATIC, "--at", "999")
+@pytest.mark.parametrize("at", ["20.5", "0", "-1"])
+def test_an_instant_outside_of_the_run_is_refused_and_nothing_is_written(estimfw: Run, at: str) -> None:
+    told = estimfw(*STATIC, f"--at={at}")
     assert told.code == 2
-    assert "outside the run" in told.err
+    assert "outside the run" in told.err and "from 1 to 20 s" in told.err
     assert not list(Path("results/static_7").glob("*"))
+
+
+def test_a_wrong_start_is_told_beside_the_headline_on_the_page_and_in_the_summary(estimfw: Run) -> None:
+    """12 states, and the vehicle stands 10 deg off its configured start, of which the prior says 10 deg for the attitude; gravity
+    is projected wrongly, and the vertical accelerometer's bias takes it up."""
+    wrong = ("--set", "source.misalignment=[25 deg, 25 deg, 25 deg]", "--set", "source.duration=60 s")
+    told = estimfw("run", "examples/static_12.yaml", *wrong)
+    assert told.code == 0
+    (first, *_) = [line for line in told.out.splitlines() if line.startswith("caution: ")]
+    assert "accel_bias[U]" in first and "prior sigmas from its prior" in first
+    assert told.out.index("heading") < told.out.index(first) < told.out.index("At the end")
+    summary = json.loads(Path("results/static_12/summary.json").read_text())
+    assert f"caution: {summary['cautions'][0]}" == first
+    assert "implausible" in {event["kind"] for event in summary["events"]}
+    assert summary["cautions"][0] in Path("results/static_12/report.html").read_text()
+
+
+def test_a_right_start_has_no_cautions_and_one_sentence_about_what_is_not_determined(estimfw: Run) -> None:
+    told = estimfw("run", "examples/static_12.yaml", "--no-report", "--set", "source.duration=60 s")
+    assert "caution" not in told.out
+    assert json.loads(Path("results/static_12/summary.json").read_text())["cautions"] == []
+    (line,) = [line for line in told.err.splitlines() if "not determined" in line]
+    assert line.startswith("3 combinations of states are not determined by the measurements and keep their prior")
+    assert "estimfw check lists them" in line
+    listed = estimfw("check", "examples/static_12.yaml").err
+    assert "accel_bias[R] 100 ug" in listed and "attitude_error[N] 0.00574 deg" in listed
+
+
+def test_csv_of_a_model_without_outputs_has_its_states(estimfw: Run) -> None:
+    assert estimfw(*TRACKER, "--csv", "--no-report").code == 0
+    head = Path("results/tracker/outputs.csv").read_text().splitlines()[0].split(",")
+    assert head[:4] == ["time [s]", "position[x] [m]", "position[x] sigma [m]", "position[y] [m]"]
+
+
+def test_csv_with_json_alone_has_nowhere_to_go(estimfw: Run) -> None:
+    told = estimfw(*TRACKER, "--csv", "--json")
+    assert told.code == 2
+    assert "-o FOLDER" in told.err
 
 
 def test_a_terminal_sees_progress_and_a_pipe_sees_the_result(at_a_terminal: Run) -> None:

@@ -41,11 +41,12 @@ def test_innovations_that_are_too_large_mean_sigmas_that_are_too_small() -> None
     assert "2 times as large" in verdict.sentence
 
 
-def test_innovations_that_are_too_small_mean_sigmas_that_are_too_large() -> None:
+def test_small_innovations_say_that_r_is_large_and_nothing_else() -> None:
+    """The sigma of a level angle can be too small at the same time: biases do not show in the innovations."""
     verdict = nis_verdict(measured(0.0008))
-    assert verdict.tone == "warn"
-    assert "sigmas too large" in verdict.text
-    assert "50 times smaller" in verdict.sentence
+    assert verdict.tone == ""
+    assert verdict.text == "R larger than the innovations show"
+    assert "50 times smaller" in verdict.sentence and "nothing of biases" in verdict.sentence
 
 
 @pytest.mark.parametrize("one", [measured(2.0, fused=0), measured(math.nan), measured(math.nan, freedom=math.nan)])
