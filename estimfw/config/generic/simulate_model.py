@@ -14,6 +14,7 @@ from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Record, Stream, Truth
 from estimfw.data.timeline import Steps, Wanted, merged_steps
 from estimfw.errors import ConfigError, NumericalError
+from estimfw.kernels import ud
 from estimfw.model.nominal import InitialNominal
 from estimfw.plan.plan import MeasurementPlan, Plan
 from estimfw.spelling import did_you_mean
@@ -148,8 +149,10 @@ def inputs_at(plan: Plan, time: FloatArray) -> FloatArray:
 
 
 def _factor(covariance: FloatArray) -> FloatArray:
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
+    """L with L L' = covariance; from U D U', which no eigensolver can fail to find."""
+    form = ud.factor(covariance)
+    D = np.maximum(np.diag(form), 0.0)
+    return np.asarray((np.triu(form, 1) + np.eye(len(D))) * np.sqrt(D))
 
 
 def simulate_model(cfg: SimulateModelConfig, site: Site | None, initial: InitialNominal | None) -> ModelSimulation:
