@@ -19,6 +19,8 @@ FloatArray = NDArray[np.float64]
 DECAY = 1e-12
 #: A change of a state smaller than this of all that stays undetermined of it is not printed.
 SMALL = 0.05
+#: Of a prior sigma: what is smaller is rounding.
+NOTHING = 1e-9
 
 
 def undetectable_directions(model: Model, nominal: Mapping[str, FloatArray]) -> list[str]:
@@ -57,11 +59,8 @@ def directions_in_names(
     texts = []
     for column, own in enumerate(chosen):
         change = kernel[:, column] * sigma[own]
-        others = [
-            i
-            for i in np.argsort(-np.abs(change / sigma), kind="stable")
-            if i != own and abs(change[i]) > SMALL * rest[i]
-        ]
+        order = np.argsort(-np.abs(change / sigma), kind="stable")
+        others = [i for i in order if i != own and abs(change[i]) > max(SMALL * rest[i], NOTHING * sigma[i])]
         texts.append(", ".join(f"{states[i]} {_shown(change[i], *units[i])}" for i in (own, *others)))
     return texts
 

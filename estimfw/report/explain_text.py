@@ -10,7 +10,6 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from estimfw.analysis.directions import undetectable_directions
 from estimfw.config.compose import Problem
 from estimfw.model.model import Model
 from estimfw.model.parts import NoiseInput, StateBlock
@@ -20,7 +19,7 @@ from estimfw.report.numbers import measured
 from estimfw.units.display import display_unit
 from estimfw.units.unit_text import parse_unit
 
-__all__ = ["explanation"]
+__all__ = ["density_unit", "explanation"]
 
 TITLE = "bold cyan"
 KINDS = {"exact": "green", "mirrored": "green", "approximate": "yellow"}
@@ -47,10 +46,10 @@ def explanation(problem: Problem) -> Iterator[RenderableType]:
 
 def _verdicts(problem: Problem) -> RenderableType:
     """What the measurements cannot tell, and whether matrices are computed once."""
-    directions = undetectable_directions(problem.model, problem.reference)
-    lines = [Text(f"  {direction}") for direction in directions]
+    lines = [Text(f"  {direction}") for direction in problem.undetermined]
     if lines:
-        lines.insert(0, Text("not determined by the measurements, whatever the time:", style="yellow"))
+        told = "not determined by the measurements, whatever the time, here with what goes together:"
+        lines.insert(0, Text(told, style="yellow"))
     word = "time-invariant" if problem.plan.time_invariant else "time-varying"
     lines.append(Text.assemble((f"{word}: ", "bold"), problem.plan.reason))
     lines.append(Text.assemble(("discretisation: ", "bold"), problem.plan.discretisation.describe()))
@@ -65,6 +64,11 @@ def _table(title: str, *columns: str, whole: int = 1) -> Table:
     for position, column in enumerate(columns):
         table.add_column(column, no_wrap=position < whole, overflow="fold")
     return table
+
+
+def _add(table: Table, *cells: str | Text) -> None:
+    """A row of texts as they are: in a plain string, rich takes ``[x]`` for markup and drops it."""
+    table.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in cells))
 
 
 def _equations(title: str, prefix: str, lines: list[tuple[str, str]]) -> RenderableType:
@@ -87,8 +91,8 @@ def _states(problem: Problem) -> Table:
         for label in block.labels:
             i = model.states.index(label)
             shown = f"{sigma[i] * scale:.4g} {block.display_unit or block.unit}"
-            equation = ", ".join(_couplings(model, i))
-            table.add_row(label, block.frame or "", shown, equation or "constant")
+            equation = ", ".join(_driving(model, i))
+            _add(table, label, block.frame or "", shown, equation or "constant")
     return table
 
 
@@ -97,37 +101,49 @@ def _scale(block: StateBlock) -> float:
     return float(parse_unit(block.unit).scale) / float(parse_unit(shown).scale)
 
 
-def _couplings(model: Model, row: int) -> list[str]:
+def _driving(model: Model, row: int) -> list[str]:
+    """The terms that drive a state, those that couple states first, white noise and known inputs after them."""
     names = {b.name for b in model.blocks}
-    found = []
+    found: tuple[list[str], list[str]] = ([], [])
     for term in model.terms:
         at = row - model.offsets[term.target]
         matrix = model.term_matrix(term)
-        if 0 <= at < matrix.shape[0] and term.source in names and any(i == at for i, _, _ in matrix.entries):
-            found.append(term.label)
-    return found
+        if 0 <= at < matrix.shape[0] and any(i == at for i, _, _ in matrix.entries):
+            found[term.source not in names].append(term.label)
+    return [*found[0], *found[1]]
 
 
 def _terms(model: Model) -> Table:
     table = _table("process terms", "label", "acts on", "from", "equation", "needs", whole=3)
     for term in model.terms:
         needs = ", ".join(sorted(model.term_matrix(term).needs)) or "constants"
-        table.add_row(term.label, term.target, term.source, term.text, needs)
+        _add(table, term.label, term.target, term.source, term.text, needs)
     return table
 
 
 def _noises(model: Model) -> Table:
     table = _table("noise inputs", "input", "frame", "density")
     for noise in (model.settled(n) for n in model.noises):
-        table.add_row(", ".join(noise.labels), noise.frame or "", ", ".join(_density(noise)))
+        _add(table, ", ".join(noise.labels), noise.frame or "", ", ".join(_density(noise)))
     return table
 
 
 def _density(noise: NoiseInput) -> list[str]:
+    """Of each axis, once where they are equal, as a config writes it."""
+    text, scale = density_unit(noise)
+    return list(dict.fromkeys(f"{np.sqrt(noise.psd[i]) * scale:.4g} {text}" for i in noise.live))
+
+
+def density_unit(noise: NoiseInput) -> tuple[str, float]:
+    """Unit of the root of a PSD, which a config takes, and the factor to it from SI.
+
+    White noise in ``m/s`` is the rate of something in ``m``: ``m/sqrt(s)``, the same as ``m/s/sqrt(Hz)``.
+    """
     unit = f"({noise.unit})*sqrt(s)"
     shown = display_unit(unit, noise.name)
-    text = shown.text if shown.text != unit else f"{noise.unit}/sqrt(Hz)"
-    return list(dict.fromkeys(f"{np.sqrt(noise.psd[i]) * shown.scale:.4g} {text}" for i in noise.live))
+    if shown.text != unit:
+        return shown.text, shown.scale
+    return (f"{noise.unit[:-2]}/sqrt(s)" if noise.unit.endswith("/s") else f"{noise.unit}/sqrt(Hz)"), 1.0
 
 
 def _measurements(model: Model) -> Table:
@@ -137,7 +153,7 @@ def _measurements(model: Model) -> Table:
         unit = m.unit + ("/sqrt(Hz)" if m.noise == "density" else "")
         kind = "density" if m.noise == "density" else "per measurement"
         noise = ", ".join(dict.fromkeys(f"{s:.4g} {unit}" for s in sigma))
-        table.add_row(m.name, ", ".join(m.rows), ", ".join(t.block for t in m.terms), noise, kind)
+        _add(table, m.name, ", ".join(m.rows), ", ".join(t.block for t in m.terms), noise, kind)
     return table
 
 
@@ -160,7 +176,7 @@ def _equivalence(problem: Problem) -> Table:
     )
     for c in problem.checks:
         verdict = Text("equivalent", style="green") if c.equivalent else Text("MISMATCH", style="bold red")
-        table.add_row(c.operation, c.mirror, _yes(c.in_model), _yes(c.computed), c.setting, verdict)
+        _add(table, c.operation, c.mirror, _yes(c.in_model), _yes(c.computed), c.setting, verdict)
     return table
 
 
@@ -171,5 +187,5 @@ def _yes(value: bool) -> str:
 def _ranks(problem: Problem) -> Table:
     table = _table("observability", "model", "states", "rank at the initial nominal")
     for stage in stages(problem):
-        table.add_row(stage.name, str(stage.states), str(stage.rank))
+        _add(table, stage.name, str(stage.states), str(stage.rank))
     return table

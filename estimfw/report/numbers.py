@@ -46,7 +46,7 @@ def count(number: int) -> str:
 
 def measured(name: str, value: float, unit: str) -> str:
     """A named number in a sentence: ``drift of gyro_bias 0 rad/s``; "SI" for a unit that depends on the case."""
-    shown = "in SI units" if unit == "SI" else unit
+    shown = "(SI)" if unit == "SI" else unit
     return f"{name} {value:.3g} {shown if value or unit != 'SI' else ''}".strip()
 
 

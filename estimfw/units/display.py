@@ -33,7 +33,7 @@ _CHOICES: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("rad/s^2", ("",), "deg/h/s"),
     ("rad/sqrt(s)", ("",), "deg/sqrt(h)"),
     ("m/s^2", ("bias", "drift"), "ug"),
-    ("m/s^1.5", ("",), "ug/sqrt(Hz)"),
+    ("m/s^1.5", ("accel",), "ug/sqrt(Hz)"),
 )
 
 

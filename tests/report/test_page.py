@@ -135,7 +135,8 @@ def test_an_exact_model_needs_no_caveat(result: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize(
-    ("scale", "says"), [(5.0, "Its sigmas are too small"), (0.2, "R is set larger than the innovations show"), (1.0, "as the filter expects")]
+    ("scale", "says"),
+    [(5.0, "Its sigmas are too small"), (0.2, "R is set larger than the innov"), (1.0, "as the filter expects")],
 )
 def test_the_page_says_whether_nis_believes_the_sigmas(result: xr.Dataset, scale: float, says: str) -> None:
     scaled = result.copy()

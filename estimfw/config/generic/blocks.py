@@ -170,7 +170,7 @@ def gauss_markov(name: str, cfg: GaussMarkovConfig, site: Site | None) -> BlockP
 def integrated_random_walk(name: str, cfg: IntegratedRandomWalkConfig, site: Site | None) -> tuple[BlockParts, ...]:
     rate = f"{name}_rate"
     mean, sigma = cfg.rates()
-    unit = product_unit(cfg.unit, "1/s") if cfg.unit != "m" else "m/s"
+    unit = f"{cfg.unit}/s"
     block = StateBlock(rate, cfg.names(), cfg.names(), unit, unit)
     covariance = tuple(tuple(float(x) for x in row) for row in np.diag(np.square(sigma)))
     terms, noise = _driven(rate, cfg.names(), tuple(q * q for q in cfg.density()), unit)
@@ -184,6 +184,7 @@ def integrated_random_walk(name: str, cfg: IntegratedRandomWalkConfig, site: Sit
 def _driven(
     name: str, axes: tuple[str, ...], psd: tuple[float, ...], unit: str
 ) -> tuple[tuple[ProcessTerm, ...], tuple[NoiseInput, ...]]:
-    noise = NoiseInput(f"{name}.noise", axes, axes, psd, unit)
+    """White noise, the rate of a block in ``unit``, and the term that adds it."""
+    noise = NoiseInput(f"{name}.noise", axes, axes, psd, f"{unit}/s")
     term = ProcessTerm(f"{name}.driving_noise", name, noise.name, identity(len(axes)), text="+w, white")
     return (term,), (noise,)

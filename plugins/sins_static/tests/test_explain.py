@@ -109,17 +109,19 @@ def test_ranks_along_the_policies(explained: Explain) -> None:
 
 
 def test_what_cannot_be_seen_is_told_in_names(explained: Explain) -> None:
-    """Of the 12 states with biases in n, a_N goes with a tilt about East of -1/g, and a_E with one about North of 1/g."""
+    """Of the 12 states with biases in n, a_N goes with a tilt about East of -a_N/g, a_E with one about North of a_E/g, and
+    eps_E with a heading error of -eps_E/w_N; told for one prior sigma, 100 ug and 0.01 deg/h."""
+    tilt, heading = np.degrees(100e-6 * 9.80665 / G), 0.01 / 3600 / WN
     told = explained(
         "static_12", "policies=[sins_static.constant_specific_force, sins_static.remove_coriolis, "
         "sins_static.bias_in_navigation_frame]", "source.misalignment=[0 deg, 0 deg, 0 deg]",
     )  # fmt: skip
     first, second, third = told["unobservable"]
     assert first.startswith("accel_bias[E]")
-    assert f"+ {1 / G:.4g} rad/(m/s^2) attitude_error[N]" in first
+    assert f"attitude_error[N] {tilt:.3g} deg" in first
     assert second.startswith("accel_bias[N]")
-    assert f"- {1 / G:.4g} rad/(m/s^2) attitude_error[E]" in second
-    assert third == f"gyro_bias[E] - {1 / WN:.4g} rad/(rad/s) attitude_error[U]"
+    assert f"attitude_error[E] {-tilt:.3g} deg" in second
+    assert third == f"gyro_bias[E] 0.01 deg/h, attitude_error[U] {-heading:.3g} deg"
 
 
 def test_time_invariance_and_its_reason(explained: Explain) -> None:
