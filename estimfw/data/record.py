@@ -9,9 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Event", "Findings", "FloatArray", "Record", "Stream", "Truth"]
+__all__ = ["SAME", "Event", "Findings", "FloatArray", "Record", "Stream", "Truth"]
 
 FloatArray = NDArray[np.float64]
+
+#: Instants closer than this (s) are one: a clock rounds.
+SAME = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +70,6 @@ class Stream:
 
     def __len__(self) -> int:
         return int(self.time.shape[0])
-
-    def select(self, start: float, stop: float) -> Stream:
-        """Rows with ``start < time <= stop`` (s), as a new stream."""
-        inside = (self.time > start + 1e-9) & (self.time <= stop + 1e-9)
-        return Stream(self.name, self.time[inside], self.values[inside], self.columns, self.kind, self.period)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.data.record import Event
+from estimfw.data.record import SAME, Event
 from estimfw.errors import DataError, Location
 
 __all__ = ["Rows", "TimeErrors", "in_order"]
@@ -16,8 +16,6 @@ __all__ = ["Rows", "TimeErrors", "in_order"]
 FloatArray = NDArray[np.float64]
 TimeErrors = Literal["error", "sort", "drop"]
 
-#: Time stamps closer than this (s) are one: a clock rounds.
-SAME = 1e-9
 #: Jumps that clocks make, in s.
 _KNOWN_JUMPS = ((604800.0, "a GPS week"), (86400.0, "a day"), (43200.0, "half a day"), (3600.0, "an hour"))
 
@@ -46,6 +44,11 @@ class Rows:
     def take(self, which: NDArray[np.bool_] | NDArray[np.int64] | slice) -> Rows:
         lines = self.lines[which] if self.lines is not None else None
         return Rows(self.file, self.time[which], self.values[which], lines, self.stream)
+
+    def between(self, start: float | None, stop: float | None) -> Rows:
+        """Rows with ``start < time <= stop`` (s; None: no limit)."""
+        later = self.time > (-np.inf if start is None else start + SAME)
+        return self.take(later & (self.time <= (np.inf if stop is None else stop + SAME)))
 
     def at(self, row: int) -> Location:
         """The file, and the line of a row."""

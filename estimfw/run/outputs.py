@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
-from estimfw.data.record import Truth
+from estimfw.data.record import SAME, Truth
 from estimfw.estimators.scan import ChunkResult
 from estimfw.model.frame import rotation
 from estimfw.model.parts import Output, StateBlock
@@ -55,7 +55,7 @@ def truth_at(truth: Truth | None, time: FloatArray) -> dict[str, FloatArray] | N
     """The truth at these instants (nearest sample); None where it is not known."""
     if truth is None or not truth.time.size:
         return None
-    index = np.clip(np.searchsorted(truth.time, time - 1e-9), 0, truth.time.size - 1)
+    index = np.clip(np.searchsorted(truth.time, time - SAME), 0, truth.time.size - 1)
     count = truth.time.size
     return {
         name: np.asarray(value)[index]

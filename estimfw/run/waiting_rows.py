@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimfw.data.timeline import SAME
+from estimfw.data.record import SAME
 from estimfw.errors import DataError, UsageError
 from estimfw.plan.plan import MeasurementPlan
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from estimfw.config.types import Settings, positive_quantity, quantity
@@ -154,17 +153,13 @@ def _scale(unit: str, si: str, what: str, within: tuple[str, ...]) -> float:
 
 
 def _cut(rows: Rows, cfg: LogStreamConfig) -> Rows:
-    inside: NDArray[np.bool_] = np.ones(rows.time.size, dtype=bool)
-    if cfg.start is not None:
-        inside &= rows.time > cfg.start + 1e-9
-    if cfg.stop is not None:
-        inside &= rows.time <= cfg.stop + 1e-9
-    if not inside.any():
+    inside = rows.between(cfg.start, cfg.stop)
+    if not inside.time.size:
         raise DataError(
             f"no row is left between `start` and `stop`; the log goes from {rows.time[0]:.10g} s to {rows.time[-1]:.10g} s",
             location=Location(rows.file),
         )
-    return rows.take(inside)
+    return inside
 
 
 def _without_infinities(rows: Rows, columns: tuple[str, ...]) -> tuple[Rows, tuple[Event, ...]]:

@@ -11,7 +11,7 @@ from pydantic import Field, Strict
 
 from estimfw.config.types import Settings, Site, positive_quantity
 from estimfw.data.memory import refuse_too_large
-from estimfw.data.record import Record, Stream, Truth
+from estimfw.data.record import SAME, Record, Stream, Truth
 from estimfw.data.timeline import Steps, Wanted, merged_steps
 from estimfw.errors import ConfigError, NumericalError
 from estimfw.kernels import ud
@@ -78,7 +78,7 @@ class ModelSimulation:
         _refuse_infinite(states, plan, steps)
         streams = {}
         for m in plan.measurements:
-            at = states[np.searchsorted(steps.time, times[m.name] - 1e-9)]
+            at = states[np.searchsorted(steps.time, times[m.name] - SAME)]
             streams[str(m.stream)] = self._stream(m, row, times[m.name], at, reading)
         truth = Truth(steps.time, {f"state:{label}": states[:, i] for i, label in enumerate(plan.states)})
         attributes = {"source": "simulate_model", "seed": self.cfg.seed}
@@ -142,7 +142,7 @@ def inputs_at(plan: Plan, time: FloatArray) -> FloatArray:
     """Known inputs (K, inputs) that hold from these instants (K,) on."""
     columns = []
     for known in plan.inputs:
-        index = np.searchsorted(np.array(known.times), time + 1e-9, side="right") - 1
+        index = np.searchsorted(np.array(known.times), time + SAME, side="right") - 1
         values = np.array(known.values)[np.maximum(index, 0)]
         columns.append(np.where(index[:, None] >= 0, values, 0.0))
     return np.concatenate(columns, axis=1) if columns else np.zeros((time.size, 0))
