@@ -46,7 +46,18 @@ def charts_of(dataset: xr.Dataset, limit: int) -> tuple[Chart, ...]:
     ]
     for name in measurement_names(dataset):
         charts += [innovation_chart(dataset, name, scale, limit), nis_chart(dataset, name, scale, limit)]
-    return tuple(_distinct(chart for chart in map(_without_blanks, charts) if chart.panels))
+    span = _span(scale.of_seconds(dataset["time"].to_numpy()))
+    return tuple(_distinct(replace(chart, span=span) for chart in map(_without_blanks, charts) if chart.panels))
+
+
+def _span(time: FloatArray) -> tuple[float, float] | None:
+    """The time axis of all charts, so that they stand one below the other: from zero where the first step begins near it."""
+    if time.size < 2 or time[-1] <= time[0]:
+        return None
+    start, end = float(time[0]), float(time[-1])
+    near_zero = 0.0 <= start < 0.02 * (end - start)
+    margin = 0.01 * (end - start)
+    return (0.0 if near_zero else start) - margin, end + margin
 
 
 def _axis_charts(dataset: xr.Dataset, axis: Axis, scale: TimeScale, limit: int) -> Iterator[Chart]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from estimfw.data.record import FloatArray
 from estimfw.report.chi_square import quantile
 from estimfw.report.judgement import nis_verdict
-from estimfw.report.palette import BAND, BAND_INNER, ROLES
+from estimfw.report.palette import BAND, BAND_MOST, BAND_NEARLY_ALL, ROLES
 from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinned
 from estimfw.report.timescale import TimeScale
 from estimfw.run.result_names import DISPOSITIONS, measurement_attribute
@@ -101,8 +101,8 @@ def _mean_panel(nis: FloatArray, time: FloatArray, freedom: NDArray[np.int64], w
     degrees = np.round(expected * window).astype(np.int64)
     bounds = [quantile(level, degrees) / window for level in (0.005, 0.025, 0.975, 0.995)]
     bands = (
-        Band("99 % of means", time, bounds[0], bounds[3], BAND),
-        Band("95 % of means", time, bounds[1], bounds[2], BAND_INNER),
+        Band("99 % of means", time, bounds[0], bounds[3], BAND_NEARLY_ALL),
+        Band("95 % of means", time, bounds[1], bounds[2], BAND_MOST),
     )
     curves = (
         Curve(f"mean of {window}", time, means, ROLES["mean"]),

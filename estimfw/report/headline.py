@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from estimfw.report.numbers import plus_minus, significant
-from estimfw.run.summary import EndValue, end_outputs
+from estimfw.run.summary import EndValue, end_outputs, json_attribute
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Headline", "headlines"]
+__all__ = ["Headline", "headlines", "start_line"]
 
 ARCMIN = 60 * 180 / math.pi
 
@@ -39,6 +39,16 @@ def headlines(dataset: xr.Dataset) -> tuple[Headline, ...]:
     outputs = end_outputs(dataset)
     attitude = tuple(output for output in outputs if output.label.startswith("attitude."))
     return tuple(_headline(output) for output in attitude or outputs)
+
+
+def start_line(dataset: xr.Dataset) -> str:
+    """Where the filter began, where an alignment found it: its name, and the attitude of the first step; else empty."""
+    provenance = json_attribute(dataset, "provenance", {})
+    if not provenance.get("start_found"):
+        return ""
+    first = (one for one in headlines(dataset.isel(time=slice(0, 1))) if one.name != "heading")
+    angles = ", ".join(f"{one.name} {one.value}{one.unit} ± {one.sigma}{one.unit}" for one in first)
+    return f"start: {provenance.get('start')}" + (f": {angles}" if angles else "")
 
 
 def _headline(end: EndValue) -> Headline:

@@ -16,6 +16,9 @@ __all__ = ["height_of", "plotly_figure"]
 ROW, HEAD, FOOT, GAP = 190, 54, 52, 62
 """Pixels: of a panel, above the first one, of the time axis below all, and between panels (title and legend)."""
 
+LEFT = 82
+"""Pixels at the left: the same for every chart, whatever its tick labels, so that their time axes start at one place."""
+
 RESOLVED = 1e-3
 """A range this small against its distance from zero needs more than the seven digits of a float32."""
 
@@ -61,11 +64,15 @@ def _frame(chart: Chart) -> dict[str, Any]:
     rows = len(chart.panels)
     return {
         "height": height_of(chart),
-        "margin": {"l": 64, "r": 14, "t": HEAD, "b": FOOT},
+        "margin": {"l": LEFT, "r": 14, "t": HEAD, "b": FOOT},
         "hovermode": "x",
         "showlegend": True,
         "annotations": [],
-        "xaxis": {"title": {"text": f"time, {chart.time_unit}"}, "anchor": f"y{rows}" if rows > 1 else "y"},
+        "xaxis": {
+            "title": {"text": f"time, {chart.time_unit}"},
+            "anchor": f"y{rows}" if rows > 1 else "y",
+            **({"range": list(chart.span)} if chart.span else {}),
+        },
     }
 
 

@@ -17,7 +17,7 @@
   function dressed(layout) {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
-    const rule = { gridcolor: colour("--rule"), zerolinecolor: colour("--rule"), linecolor: colour("--soft"), automargin: true };
+    const rule = { gridcolor: colour("--rule"), zerolinecolor: colour("--rule"), linecolor: colour("--soft") };
     const result = {
       ...layout,
       autosize: true,
@@ -30,7 +30,7 @@
     for (const key of Object.keys(layout)) {
       if (/^[xy]axis/.test(key)) result[key] = { ...rule, ...layout[key] };
     }
-    if (narrow.matches) result.margin = { ...layout.margin, l: 44, r: 6 };
+    if (narrow.matches) result.margin = { ...layout.margin, l: 66, r: 6 };
     return result;
   }
 

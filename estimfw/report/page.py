@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from plotly.offline import get_plotlyjs
 
 from estimfw.report.charts import charts_of
-from estimfw.report.headline import Headline, headlines
+from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.interactive import height_of, plotly_figure
 from estimfw.report.judgement import nis_verdict, sigma_caveat
 from estimfw.report.markup import data_block, facts, note, table
@@ -111,7 +111,9 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
         body = "".join(_chart(chart, title) for chart in by_section.get(key, ()))
         return Section(key.replace("_", "-"), title, (note(told) if told and body else "") + body)
 
-    yield Section("headline", "At the end", _headline_cards(headlines(dataset)) + table(end_table(dataset)))
+    yield Section(
+        "headline", "At the end", _headline_cards(headlines(dataset), start_line(dataset)) + table(end_table(dataset))
+    )
     yield drawn("outputs", "Convergence of the outputs")
     yield drawn("output_errors", "Errors of the outputs")
     yield drawn("states", "States", _loop_note(dataset))
@@ -185,9 +187,9 @@ def _caveat(dataset: xr.Dataset) -> str:
     return f'<div class="banner caveat">{escape(text)}</div>\n' if text else ""
 
 
-def _headline_cards(lines: Iterable[Headline]) -> str:
+def _headline_cards(lines: Iterable[Headline], start: str) -> str:
     cards = "".join(_card(line) for line in lines)
-    return f'<div class="cards">\n{cards}</div>\n<h3>All values</h3>\n' if cards else ""
+    return f'<div class="cards">\n{cards}</div>\n{note(start) if start else ""}<h3>All values</h3>\n' if cards else ""
 
 
 def _card(line: Headline) -> str:

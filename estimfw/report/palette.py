@@ -5,9 +5,9 @@ After Okabe and Ito, "Color Universal Design" (2008); the dark twins are the sam
 
 from __future__ import annotations
 
-__all__ = ["BAND", "BAND_INNER", "DARK_TWIN", "INK", "ROLES", "SERIES"]
+__all__ = ["BAND", "BAND_MOST", "BAND_NEARLY_ALL", "DARK_TWIN", "INK", "ROLES", "SERIES", "SOFT"]
 
-INK = "#1b1f24"
+INK, SOFT = "#1b1f24", "#57606a"
 
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#b0578d", "#e69f00", "#56b4e9")
 """Curves that stand side by side in one panel, in this order."""
@@ -15,8 +15,8 @@ SERIES = ("#0072b2", "#d55e00", "#009e73", "#b0578d", "#e69f00", "#56b4e9")
 BAND = "#0072b22e"
 """A translucent band of +-3 sigma."""
 
-BAND_INNER = "#0072b240"
-"""A narrower band upon the first."""
+BAND_MOST, BAND_NEARLY_ALL = "#009e7333", "#b0578d2e"
+"""Translucent bands of 95 % and of 99 %, in the colours of these bounds."""
 
 ROLES = {
     "value": SERIES[0],
@@ -41,6 +41,7 @@ DARK_TWIN = {
     "#e69f00": "#f2b635",
     "#56b4e9": "#9ad4f7",
     BAND: "#4db2ec38",
-    BAND_INNER: "#4db2ec58",
+    BAND_MOST: "#35c99b3d",
+    BAND_NEARLY_ALL: "#e795c438",
 }
 """For each colour the one to use on a dark page."""

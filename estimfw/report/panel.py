@@ -68,7 +68,7 @@ class Panel:
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Panels over one time axis.
+    """Panels over one time axis, which goes over ``span`` (start, end) where that is known.
 
     ``key`` is unique in a report and fit for a file name, ``section`` the part of the report it belongs to, ``note`` a
     sentence below the title.
@@ -80,6 +80,7 @@ class Chart:
     time_unit: str
     panels: tuple[Panel, ...]
     note: str = ""
+    span: tuple[float, float] | None = None
 
 
 def thinned(time: FloatArray, columns: tuple[FloatArray, ...], limit: int) -> tuple[FloatArray, tuple[FloatArray, ...]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 from PIL import Image
 
-from estimfw.report.palette import INK
+from estimfw.report.palette import INK, SOFT
 from estimfw.report.panel import Band, Chart, Curve, Panel
 from estimfw.report.ticks import LinearLabels, LogLabels, log_locator
 
@@ -27,6 +28,9 @@ Places are computed from these; matplotlib's layout engines draw everything twic
 
 LABEL, CHARACTER = 0.42, 0.076
 """Inches at the left: for the unit and the ticks, and for each character of the longest tick label."""
+
+LINE, CHARACTERS = 0.14, 160
+"""Inches and characters of a line of the note below the title."""
 
 DOTS_PER_INCH = 150
 COMPRESSION = 4
@@ -70,9 +74,12 @@ def draw(chart: Chart) -> Figure:
     """The chart as a matplotlib figure (no pyplot, so that nothing global stays behind)."""
     rows = len(chart.panels)
     row = ROW * 2 if rows == 1 else ROW
-    height = HEAD + FOOT + rows * row + (rows - 1) * GAP
+    told = textwrap.wrap(chart.note, CHARACTERS)
+    head = HEAD + LINE * len(told)
+    height = head + FOOT + rows * row + (rows - 1) * GAP
     figure = Figure(figsize=(WIDTH, height))
     figure.suptitle(_text(chart.title), x=0.1 / WIDTH, y=1 - 0.08 / height, ha="left", va="top", fontweight="bold")
+    figure.text(0.1 / WIDTH, 1 - 0.29 / height, _text("\n".join(told)), va="top", fontsize=7.5, color=SOFT)
     all_axes: list[Axes] = []
     for panel in chart.panels:
         axes = figure.add_subplot(rows, 1, len(all_axes) + 1, sharex=all_axes[0] if all_axes else None)
@@ -81,16 +88,18 @@ def draw(chart: Chart) -> Figure:
         all_axes.append(axes)
     _draw_legends(chart, all_axes)
     all_axes[-1].set_xlabel(f"time, {chart.time_unit}")
-    _place(all_axes, row, height)
+    if chart.span:
+        all_axes[-1].set_xlim(*chart.span)
+    _place(all_axes, row, head, height)
     return figure
 
 
-def _place(all_axes: list[Axes], row: float, height: float) -> None:
+def _place(all_axes: list[Axes], row: float, head: float, height: float) -> None:
     """Axes one below the other, all with the room at the left that the longest tick label needs."""
     left = LABEL + CHARACTER * max(len(label) for axes in all_axes for label in _tick_labels(axes))
     width = WIDTH - left - RIGHT
     for place, axes in enumerate(all_axes):
-        top = HEAD + place * (row + GAP)
+        top = head + place * (row + GAP)
         axes.set_position((left / WIDTH, 1 - (top + row) / height, width / WIDTH, row / height))
         axes.yaxis.set_label_coords(-(left - 0.17) / width, 0.5)
         axes.xaxis.set_label_coords(0.5, -0.29 / row)

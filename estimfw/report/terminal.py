@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from estimfw.report.headline import Headline, headlines
+from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.judgement import sigma_caveat
 from estimfw.report.numbers import plain
 from estimfw.report.tables import Table, disposition_table, end_table, event_table
@@ -43,6 +43,9 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
             console.print(Text(text, style=TONES["bad"]))
     for line in headlines(dataset):
         console.print(_headline(line))
+    start = start_line(dataset)
+    if start:
+        console.print(Text(start, style="dim"))
     for caution in cautions(dataset):
         console.print(Text(f"caution: {caution}", style=TONES["bad"]))
     caveat = sigma_caveat(dataset)

@@ -160,6 +160,7 @@ def provenance(done: Collected) -> dict[str, Any]:
         "time_invariant": problem.plan.time_invariant,
         "record": dict(done.prepared.record.attributes),
         "start": done.prepared.start.source,
+        "start_found": bool(done.prepared.start.covariance),
         "seed": getattr(problem.source, "seed", None),
         "kernel": done.prepared.scan.name,
         "covariance": problem.estimator.covariance,

@@ -86,6 +86,20 @@ def test_long_records_count_in_hours(make_result: Results) -> None:
     assert np.isclose(chart(result, "sigmas", 100).panels[0].curves[0].time[-1], 8000 / 3600)
 
 
+def test_time_axes_of_all_charts_are_one(make_result: Results) -> None:
+    """NIS starts with the first measurement, its windowed mean later still: the axes do not."""
+    assert {one.span for one in charts_of(make_result(), 4000)} == {(-5.99, 605.99)}
+    late = make_result().assign_coords(time=make_result()["time"] + 1000.0)
+    assert {one.span for one in charts_of(late, 4000)} == {(1001.0 - 5.99, 1600.0 + 5.99)}
+
+
+def test_bands_of_95_and_of_99_percent_have_the_colours_of_their_bounds(make_result: Results) -> None:
+    each, mean = chart(make_result(), "nis_zero_velocity").panels
+    bounds = {curve.name[:4]: curve.colour for curve in each.curves if "bound" in curve.name}
+    bands = {band.name[:4]: band.colour[:7] for band in mean.bands}
+    assert bands == bounds and len(set(bands.values())) == 2
+
+
 def test_what_the_result_lacks_is_not_drawn(make_result: Results) -> None:
     bare = make_result(truth=False, outputs=False, sigma=False, measurements=())
     assert {one.section for one in charts_of(bare, 4000)} == {"states"}

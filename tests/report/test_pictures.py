@@ -125,6 +125,21 @@ def test_logarithmic_ticks_are_few_and_written_in_full(low: float, high: float) 
     assert not any("e" in text for text in texts)
 
 
+def test_notes_stand_in_the_picture_below_the_title_and_above_all_axes(charts: tuple[Chart, ...]) -> None:
+    noted = [chart for chart in charts if chart.note]
+    assert noted
+    for chart in noted:
+        figure = drawn(chart)
+        (note,) = [text for text in figure.texts if text.get_text().startswith(chart.note[:20])]
+        assert " ".join(note.get_text().split()) == chart.note
+        box = note.get_window_extent()
+        assert box.x1 <= figure.bbox.width
+        tops = [title_box(figure.axes[0]).y1]
+        legend = figure.axes[0].get_legend()
+        tops += [legend.get_window_extent().y1] if legend else []
+        assert box.y0 >= max(tops), chart.key
+
+
 def test_a_dollar_in_a_label_begins_no_formula() -> None:
     figure = drawn(one_panel(np.arange(3.0), title="cost $ and $x"))
     assert figure.axes[0].get_title(loc="left") == r"cost \$ and \$x"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from io import StringIO
 
@@ -41,6 +42,24 @@ def test_mismatch_and_approximation_are_told_before_the_numbers(make_result: Res
     text = " ".join(printed(make_result(), 100).split())
     assert text.index("do not match") < text.index("At the end")
     assert text.index("The sigmas are the reduced filter's own") < text.index("At the end")
+
+
+def test_what_contradicts_the_filter_stands_between_the_headline_and_the_numbers(make_result: Results) -> None:
+    dataset = make_result()
+    dataset["zero_velocity_nis"] = dataset["zero_velocity_nis"] * 10
+    text = " ".join(printed(dataset, 100).split())
+    assert text.index("heading") < text.index("caution: the mean NIS of zero_velocity") < text.index("At the end")
+
+
+def test_a_start_that_was_found_is_told_with_the_attitude_of_the_first_step(make_result: Results) -> None:
+    dataset = make_result()
+    assert "start:" not in printed(dataset, 200)
+    facts = {"start": "inertial-frame alignment over 120 s", "start_found": True}
+    found = dataset.assign_attrs(provenance=json.dumps(facts))
+    (line,) = [line for line in printed(found, 200).splitlines() if line.startswith("start: ")]
+    assert line.startswith("start: inertial-frame alignment over 120 s: yaw ") and ", pitch " in line
+    first = np.degrees(float(dataset["output_sigma"].sel(output="attitude.pitch")[0]))
+    assert float(line.split("pitch ")[1].split("± ")[1].split("°")[0]) == pytest.approx(first, rel=0.05)
 
 
 def test_dispositions_that_never_were_take_no_column(make_result: Results) -> None:
