@@ -154,6 +154,43 @@ def test_kinds_of_plugins_are_whole_so_that_they_can_be_copied(estimfw: Run, wid
     assert {c["kind"] for c in shown["plugins"][0]["components"]} <= set(out.split())
 
 
+def test_a_kind_shows_its_settings_with_unit_default_and_meaning(estimfw: Run) -> None:
+    assert "plugins show KIND" in estimfw("plugins", "show", "inertial").err
+    lines = [
+        " ".join(line.split()) for line in estimfw("plugins", "show", "inertial.imu_log", width=200).out.splitlines()
+    ]
+    assert lines[0] == "inertial.imu_log (source): recorded IMU: NPZ, CSV or PSINS .imu"
+    assert "file required text path of the log" in lines
+    assert any(line.startswith("longest_gap s 0.1 s such as") for line in lines)
+    assert any(line.startswith("mounting.yaw rad 0 rad") for line in lines)
+
+
+def test_a_kind_of_the_framework_and_a_kind_that_is_not_there(estimfw: Run) -> None:
+    (found,) = json.loads(estimfw("plugins", "show", "gauss_markov", "--json").out)["components"]
+    settings = {one["name"]: one for one in found["settings"]}
+    assert found["role"] == "block" and settings["correlation_time"]["default"] == "required"
+    told = estimfw("plugins", "show", "inertial.imu_lgo")
+    assert told.code == 2 and "did you mean 'inertial.imu_log'" in told.err
+
+
+def test_every_kind_that_is_installed_has_its_sheet(estimfw: Run) -> None:
+    """Against the models themselves: the same top-level names, and those without a default are required."""
+    from estimfw.config.installed import installed_components
+    from estimfw.config.json_schema import filter_schema
+    from estimfw.config.settings_sheet import settings_sheet
+
+    registry = installed_components()
+    definitions = filter_schema(registry)["$defs"]
+    for plugin in registry.plugins:
+        for one in plugin.components:
+            sheet = settings_sheet(definitions, one.role, plugin.id_of(one))
+            fields = {name: field for name, field in one.config.model_fields.items() if name != "kind"}
+            assert {row.name.partition(".")[0].removesuffix("[i]") for row in sheet} == set(fields)
+            needed = {row.name for row in sheet if row.default == "required" and row.name in fields}
+            plain = {row.name for row in sheet}
+            assert needed == {name for name, field in fields.items() if field.is_required() and name in plain}
+
+
 def test_no_command_is_answered_with_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, expected in (([], "explain"), (["plugins"], "show")):
         assert main(arguments) == 2
