@@ -13,8 +13,9 @@ import pytest
 
 from estimfw.cli.main import main
 from estimfw.errors import UsageError
-from estimfw.run.answer import answer, outputs_csv
+from estimfw.run.answer import values_csv
 from estimfw.run.dataset import result_dataset
+from estimfw.run.until import until
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SHORT = "source.duration=60 s"
@@ -131,8 +132,8 @@ def test_at_answers_for_that_instant(run_json: Callable[..., dict[str, Any]]) ->
 
 @pytest.mark.parametrize("at", [-5.0, 900.0])
 def test_at_outside_the_run_is_a_fault_of_usage(at: float, ran: Callable[..., Any]) -> None:
-    with pytest.raises(UsageError, match="outside the run, 1 to 60 s"):
-        answer(result_dataset(ran("static_7", SHORT)), at=at)
+    with pytest.raises(UsageError, match=r"outside the run\s+the run goes from 1 to 60 s"):
+        until(result_dataset(ran("static_7", SHORT)), at)
 
 
 def test_attitude_over_time_as_csv(tmp_path: Path, run_json: Callable[..., dict[str, Any]]) -> None:
@@ -153,5 +154,5 @@ def test_attitude_over_time_as_csv(tmp_path: Path, run_json: Callable[..., dict[
 
 def test_csv_of_a_result_has_the_angles_in_deg(ran: Callable[..., Any]) -> None:
     done = ran("static_7", SHORT, "initial_attitude.yaw=-92 deg")
-    lines = outputs_csv(result_dataset(done)).splitlines()
+    lines = values_csv(result_dataset(done)).splitlines()
     assert float(lines[-1].split(",")[1]) == pytest.approx(np.degrees(done.output[-1, 0]), abs=1e-9)
