@@ -32,7 +32,8 @@ def text_of(path: Path, named: Location | None = None) -> str:
             content = file.read(MAX_BYTES + 1)
     except OSError as cause:
         raise ConfigError(
-            f"cannot read {shown if named else 'the config'}: {cause.strerror or cause}", location=named or Location(shown)
+            f"cannot read {shown if named else 'the config'}: {cause.strerror or cause}",
+            location=named or Location(shown),
         ) from None
     if len(content) > MAX_BYTES:
         raise ConfigError("the config is over 1 MiB", location=Location(shown), hint="data belongs into data files")
