@@ -14,16 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.data.memory import refuse_too_large
-from estimfw.data.record import Event, Stream
+from estimfw.data.record import SAME, Event, Stream
 from estimfw.errors import DataError
 
 __all__ = ["Due", "Steps", "Wanted", "driven_steps", "merged_steps"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-#: Instants closer than this (s) are one.
-SAME = 1e-9
 
 
 @dataclass(frozen=True, slots=True)

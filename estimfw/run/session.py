@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from estimfw.config.compose import Problem
 from estimfw.config.generic.simulate_model import inputs_at
-from estimfw.data.record import Event, Record, Stream
-from estimfw.data.timeline import SAME, Steps
+from estimfw.data.record import SAME, Event, Record, Stream
+from estimfw.data.timeline import Steps
 from estimfw.errors import DataError, UsageError
 from estimfw.estimators.scan import Chunk, ChunkResult, refuse_lost, row_offsets
 from estimfw.kernels.fuse import LATE, MEANINGS

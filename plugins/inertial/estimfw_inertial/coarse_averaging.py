@@ -16,17 +16,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.data.record import Record
 from estimfw.errors import DataError
-from estimfw.model.nominal import InitialNominal, Share
-from estimfw_inertial.coarse_config import CoarseConfig, identity_start, start_from
-from estimfw_inertial.coarse_window import checked_place, window_at_start
+from estimfw.model.nominal import Share
+from estimfw_inertial.coarse_alignment import CoarseAlignment
+from estimfw_inertial.coarse_config import CoarseConfig
 from estimfw_inertial.earth import earth_rate_n, normal_gravity
 from estimfw_inertial.place import Place
 from estimfw_inertial.sensor_grade import SensorGrade
 from estimfw_inertial.standing_attitude import StandingAttitude
 
-__all__ = ["AveragingAlignment", "AveragingConfig", "build_averaging", "estimate_attitude"]
+__all__ = ["AveragingConfig", "build_averaging", "estimate_attitude"]
 
 FloatArray = NDArray[np.float64]
 
@@ -37,30 +36,7 @@ class AveragingConfig(CoarseConfig):
     kind: Literal["inertial.averaging"]
 
 
-class AveragingAlignment:
-    """Finds the start from the means over the first part of a record."""
-
-    def __init__(self, settings: AveragingConfig, place: Place) -> None:
-        self._settings = settings
-        self._place = place
-
-    def reference(self) -> InitialNominal:
-        return identity_start()
-
-    def find(self, record: Record) -> InitialNominal:
-        """The attitude at the end of the window.
-
-        Raises
-        ------
-        DataError
-            A record that does not hold the window, or means that show no direction.
-        """
-        window = window_at_start(record, self._settings.duration)
-        found = estimate_attitude(window.time, window.dtheta, window.dvel, self._place, self._settings.grade)
-        return start_from(found, f"averaging over {window.duration:g} s", self._place)
-
-
-def build_averaging(settings: AveragingConfig, site: Place | None) -> AveragingAlignment:
+def build_averaging(settings: AveragingConfig, site: Place | None) -> CoarseAlignment:
     """The finder.
 
     Raises
@@ -68,7 +44,7 @@ def build_averaging(settings: AveragingConfig, site: Place | None) -> AveragingA
     ConfigError, NumericalError
         No site, or a pole.
     """
-    return AveragingAlignment(settings, checked_place(site))
+    return CoarseAlignment(settings, site, estimate_attitude, "averaging")
 
 
 def estimate_attitude(

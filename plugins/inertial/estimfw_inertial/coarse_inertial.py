@@ -30,11 +30,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.data.record import Record
-from estimfw.model.nominal import InitialNominal, Share
-from estimfw_inertial.coarse_config import CoarseConfig, identity_start, start_from
+from estimfw.model.nominal import Share
+from estimfw_inertial.coarse_alignment import CoarseAlignment
+from estimfw_inertial.coarse_config import CoarseConfig
 from estimfw_inertial.coarse_covariance import InertialFit, bias_shares, fit_covariance
-from estimfw_inertial.coarse_window import checked_place, window_at_start
 from estimfw_inertial.earth import earth_rate_n, normal_gravity
 from estimfw_inertial.inertial_path import inertial_path
 from estimfw_inertial.place import Place
@@ -43,7 +42,7 @@ from estimfw_inertial.sensor_grade import SensorGrade
 from estimfw_inertial.standing_attitude import StandingAttitude
 from estimfw_inertial.wahba import davenport
 
-__all__ = ["InertialFrameAlignment", "InertialFrameConfig", "build_inertial_frame", "estimate_attitude"]
+__all__ = ["InertialFrameConfig", "build_inertial_frame", "estimate_attitude"]
 
 FloatArray = NDArray[np.float64]
 
@@ -54,30 +53,7 @@ class InertialFrameConfig(CoarseConfig):
     kind: Literal["inertial.inertial_frame"]
 
 
-class InertialFrameAlignment:
-    """Finds the start by inertial-frame alignment over the first part of a record."""
-
-    def __init__(self, settings: InertialFrameConfig, place: Place) -> None:
-        self._settings = settings
-        self._place = place
-
-    def reference(self) -> InitialNominal:
-        return identity_start()
-
-    def find(self, record: Record) -> InitialNominal:
-        """The attitude at the end of the window.
-
-        Raises
-        ------
-        DataError
-            A record that does not hold the window.
-        """
-        window = window_at_start(record, self._settings.duration)
-        found = estimate_attitude(window.time, window.dtheta, window.dvel, self._place, self._settings.grade)
-        return start_from(found, f"inertial-frame alignment over {window.duration:g} s", self._place)
-
-
-def build_inertial_frame(settings: InertialFrameConfig, site: Place | None) -> InertialFrameAlignment:
+def build_inertial_frame(settings: InertialFrameConfig, site: Place | None) -> CoarseAlignment:
     """The finder.
 
     Raises
@@ -85,7 +61,7 @@ def build_inertial_frame(settings: InertialFrameConfig, site: Place | None) -> I
     ConfigError, NumericalError
         No site, or a pole.
     """
-    return InertialFrameAlignment(settings, checked_place(site))
+    return CoarseAlignment(settings, site, estimate_attitude, "inertial-frame alignment")
 
 
 def estimate_attitude(
