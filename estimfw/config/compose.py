@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.analysis.directions import undetectable_directions
+from estimfw.config.block_frames import with_frame_axes
 from estimfw.config.builder import Builder
 from estimfw.config.document import Document
 from estimfw.config.filter_config import FilterConfig
@@ -171,6 +172,7 @@ def _model(cfg: FilterConfig, build: Builder, site: Any) -> Model:
     for made in build.named("block", cfg.blocks, "blocks", site):
         blocks.extend(made if isinstance(made, tuple) else (made,))
     _refuse_too_many_states(cfg, blocks, build.document)
+    blocks = _in_frames(blocks, build.document)
     inputs: list[KnownInput] = build.named("input", cfg.inputs, "inputs")
     by_name = {b.block.name: b.block for b in blocks}
     noises = {n.name: n for b in blocks for n in b.noises}
@@ -190,8 +192,15 @@ def _model(cfg: FilterConfig, build: Builder, site: Any) -> Model:
     try:
         return build_model(blocks, process, measurements, inputs, correlations)
     except ConfigError as error:
-        if error.location is None:
-            error.location = build.document.locate(("prior",) if "prior" in error.message else ("blocks",))
+        build.document.placed(error, () if error.within else ("prior",) if "prior" in error.message else ("blocks",))
+        raise
+
+
+def _in_frames(blocks: list[BlockParts], document: Document) -> list[BlockParts]:
+    try:
+        return with_frame_axes(blocks)
+    except ConfigError as error:
+        document.placed(error, ())
         raise
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from estimfw.errors import ConfigError
 from estimfw.model.coefficient import identity
 from estimfw.model.frame import Frame
-from estimfw.model.model import Model
-from estimfw.model.parts import BlockParts, KnownInput, Measurement, ProcessParts
+from estimfw.model.model import Model, Source
+from estimfw.model.parts import BlockParts, KnownInput, Measurement, ProcessParts, StateBlock
 from estimfw.model.prior import Prior, check_covariance
 from estimfw.spelling import did_you_mean
 
@@ -61,6 +61,7 @@ def build_model(
     )
     _check_frames(model)
     _check_shapes(model)
+    _refuse_without_frame(model)
     return model
 
 
@@ -130,6 +131,29 @@ def _check_shapes(model: Model) -> None:
                     f"measurement {m.name!r}: its coefficient of {part.block} is {_size(part.coefficient.shape)}, "
                     f"it needs {_size(wanted)}"
                 )
+
+
+def _refuse_without_frame(model: Model) -> None:
+    """A triad without a frame would be read as one of the frame in which the coefficient acts: nobody said so."""
+    for term in model.terms:
+        if term.frame is not None and term.coefficient.shape == (3, 3):
+            for name in (term.target, term.source):
+                _refuse_frameless(model, model.source(name), f"term {term.label!r} acts in frame {term.frame!r}")
+    for m in model.measurements:
+        for part in m.terms:
+            if m.frame is not None and part.coefficient.shape == (3, 3):
+                _refuse_frameless(model, model.block(part.block), f"measurement {m.name!r} is in frame {m.frame!r}")
+
+
+def _refuse_frameless(model: Model, triad: Source, why: str) -> None:
+    if not isinstance(triad, StateBlock) or triad.frame is not None:
+        return
+    own = [frame.name for frame in model.frames if frame.axes == triad.all_axes] or [f.name for f in model.frames]
+    raise ConfigError(
+        f"block {triad.name!r} has no frame, but {why}",
+        hint=f"give the block its frame: {' or '.join(f'`frame: {name}`' for name in own)}",
+        within=("blocks", triad.name),
+    )
 
 
 def _size(shape: tuple[int, int]) -> str:

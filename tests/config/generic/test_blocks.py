@@ -121,3 +121,10 @@ def test_figures_that_cannot_be_are_refused_at_their_place(composed: Composed, s
         composed(with_block(settings))
     assert text in caught.value.message
     assert caught.value.location is not None and caught.value.location.line == 2
+
+
+def test_a_frame_that_no_block_brings_is_refused(composed: Composed) -> None:
+    with pytest.raises(
+        ConfigError, match=r"blocks\.x\.frame: there is no frame 'b'\s+no block of this config brings a"
+    ):
+        composed(with_block("kind: random_constant, unit: m, sigma: 1 m, frame: b"))
