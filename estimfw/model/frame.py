@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from estimfw.errors import ConfigError
 from estimfw.model.coefficient import Coefficient, identity, matrix, skew, zeros
 
-__all__ = ["Frame", "relative_rate", "rotation"]
+__all__ = ["Frame", "between_frames", "relative_rate", "rotation"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +71,26 @@ def rotation(source: str, target: str, frames: Mapping[str, Frame]) -> Coefficie
         result = step if result is None else step @ result
     assert result is not None
     return result
+
+
+def between_frames(
+    c: Coefficient, acting: str | None, target: str | None, source: str | None, frames: Mapping[str, Frame]
+) -> Coefficient:
+    """A coefficient that acts in a frame, between quantities in others: with the rotations around it that this takes.
+
+    One that commutes with rotations gets a single one. ``None`` for ``target`` or ``source``: it is in the acting frame.
+    """
+    if acting is None or (target is None and source is None):
+        return c
+    to, come = target or acting, source or acting
+    isotropic = c.isotropic
+    if isotropic is not None and c.shape == (3, 3):
+        if to == come:
+            return c
+        turn = rotation(come, to, frames)
+        return turn * Coefficient((1, 1), ((0, 0, isotropic),), c.form if c.form != "I" else "")
+    right = c if come == acting else c @ rotation(come, acting, frames)
+    return right if to == acting else rotation(acting, to, frames) @ right
 
 
 def relative_rate(source: str, target: str, frames: Mapping[str, Frame]) -> Coefficient:

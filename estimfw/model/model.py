@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from estimfw.errors import ConfigError
 from estimfw.model.coefficient import Coefficient, constant, zeros
 from estimfw.model.derived import DerivedVariable, derived_value, held_variables
-from estimfw.model.frame import Frame, rotation
+from estimfw.model.frame import Frame, between_frames, rotation
 from estimfw.model.parts import (
     KnownInput,
     Measurement,
@@ -27,9 +27,10 @@ from estimfw.model.parts import (
 )
 from estimfw.model.polynomial import Factor, Polynomial
 from estimfw.model.prior import Prior
+from estimfw.model.structure import Structure
 from estimfw.spelling import did_you_mean
 
-__all__ = ["LabelledMatrix", "Model", "Structure"]
+__all__ = ["LabelledMatrix", "Model", "Source", "Structure"]
 
 FloatArray = NDArray[np.float64]
 Source = StateBlock | NoiseInput | KnownInput
@@ -43,21 +44,6 @@ class LabelledMatrix:
     rows: tuple[str, ...]
     columns: tuple[str, ...]
     coefficient: Coefficient
-
-
-@dataclass(frozen=True, slots=True)
-class Structure:
-    """Which labels and axes live: what a nominal provider gets to see of a model."""
-
-    terms: frozenset[str]
-    axes: frozenset[tuple[str, str]]
-
-    def has_term(self, label: str) -> bool:
-        return label in self.terms
-
-    def has_axis(self, quantity: str, axis: str | None = None) -> bool:
-        """Whether a block of this quantity has this axis (any axis if None)."""
-        return any(q == quantity and axis in (None, a) for q, a in self.axes)
 
 
 @dataclass(frozen=True)
@@ -170,28 +156,12 @@ class Model:
         source_frame = self.noise_frame(source) if isinstance(source, NoiseInput) else None
         if isinstance(source, StateBlock):
             source_frame = source.frame
-        full = self._between(term.coefficient, self._acting(term), target.frame, source_frame)
-        source_live = source.live if not isinstance(source, KnownInput) else range(len(source.axes))
-        return full.select(list(target.live), list(source_live)).substitute(self._substitution)
+        full = between_frames(term.coefficient, self._acting(term), target.frame, source_frame, self.frame_map)
+        return full.select(list(target.live), list(source.live)).substitute(self._substitution)
 
     def _acting(self, term: ProcessTerm) -> str | None:
         """The frame in which a term's coefficient is written: its own, else the one its target (or source) was declared in."""
-        return term.frame or _declared_frame(self.block(term.target)) or _declared_frame(self.source(term.source))
-
-    def _between(self, c: Coefficient, acting: str | None, target: str | None, source: str | None) -> Coefficient:
-        """Rotations around a coefficient; one that commutes with rotations gets a single one."""
-        if acting is None or (target is None and source is None):
-            return c
-        frames = self.frame_map
-        to, come = target or acting, source or acting
-        isotropic = c.isotropic
-        if isotropic is not None and c.shape == (3, 3):
-            if to == come:
-                return c
-            turn = rotation(come, to, frames)
-            return turn * Coefficient((1, 1), ((0, 0, isotropic),), c.form if c.form != "I" else "")
-        right = c if come == acting else c @ rotation(come, acting, frames)
-        return right if to == acting else rotation(acting, to, frames) @ right
+        return term.frame or self.block(term.target).declared_frame or self.source(term.source).declared_frame
 
     def noise_frame(self, noise: NoiseInput) -> str | None:
         """The frame in which a noise is written: an isotropic triad goes where its terms meet it, without a rotation."""
@@ -252,7 +222,7 @@ class Model:
     @cached_property
     def Q(self) -> FloatArray:
         """PSD of the noise inputs, (noise inputs, noise inputs), SI^2 s."""
-        return np.diag([psd for noise in self.noises for psd in _living_psd(noise)])
+        return np.diag([psd for noise in self.noises for psd in noise.living_psd])
 
     @cached_property
     def diffusion(self) -> Coefficient:
@@ -271,7 +241,9 @@ class Model:
         total = zeros(*shape)
         for term in m.terms:
             block = self.block(term.block)
-            full = self._between(term.coefficient, m.frame or block.declared_frame, m.frame, block.frame)
+            full = between_frames(
+                term.coefficient, m.frame or block.declared_frame, m.frame, block.frame, self.frame_map
+            )
             part = full.select(list(m.live), list(block.live)).substitute(self._substitution)
             total = total + part.embed(shape, 0, self.offsets[block.name])
         return LabelledMatrix(m.labels, self.states, total)
@@ -313,16 +285,6 @@ class Model:
     def with_parts(self, **changes: Any) -> Model:
         """A copy with some parts replaced."""
         return replace(self, **changes)
-
-
-def _living_psd(noise: NoiseInput) -> tuple[float, ...]:
-    return tuple(noise.psd[i] for i in noise.live)
-
-
-def _declared_frame(part: Source) -> str | None:
-    if isinstance(part, StateBlock):
-        return part.declared_frame
-    return part.frame if isinstance(part, NoiseInput) else None
 
 
 def _find(items: Iterable[Part], name: str, what: str) -> Part:
