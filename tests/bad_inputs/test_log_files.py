@@ -114,7 +114,7 @@ def test_29_decimal_commas_and_wrong_separators_get_a_hint(fix_check: Check, fix
     told.says("fix.csv:2: 6 columns, expected 3", "decimal commas?")
     told = fix_check(fixes.replace(",", ";"))
     assert told.code == 5
-    told.says("fix.csv:1: no column 'time'", "say `separator: ';'`")
+    told.says("fix.csv:1: no columns 'time', 'x', 'y'", "say `separator: ';'`")
     told = fix_check(fixes.replace(",", "\t"))
     assert told.code == 5
     told.says('say `separator: "\\t"`')

@@ -71,11 +71,11 @@ def test_40_milliseconds_for_seconds_are_guessed_from_the_rate(
 @pytest.mark.parametrize(
     ("columns", "factor", "parts"),
     [
-        (slice(1, 4), 180.0 / np.pi, ("the mean rate is", "deg for rad?", "say the unit of the gyros (deg)")),
+        (slice(1, 4), 180.0 / np.pi, ("the mean rate is", "deg for rad?", "say `units: {gyro: deg}`")),
         (
             slice(4, 7),
             1.0 / 9.80665,
-            ("the mean specific force is", "g for m/s^2?", "say the unit of the accelerometers (g)"),
+            ("the mean specific force is", "g for m/s^2?", "say `units: {accel: g*s}`"),
         ),
         (slice(1, 7), 10.0, ("rates taken for increments?", "say `values: rate`")),
     ],

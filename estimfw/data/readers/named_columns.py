@@ -22,7 +22,7 @@ _SEPARATORS = (",", ";", "\t", "|", " ")
 
 
 def read_columns(
-    path: Path, columns: Sequence[str], separator: str = ",", decimal: str = "."
+    path: Path, columns: Sequence[str], separator: str = ",", decimal: str = ".", say: str = ""
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """Numbers (N, len(columns)), NaN where a cell is empty, and the line (N,) of each row.
 
@@ -34,6 +34,8 @@ def read_columns(
     columns : sequence of str
         Names in the header line.
     separator, decimal : str
+    say : str
+        How a config names the columns, for the hint where some are missing.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def read_columns(
         With the line: no text, no such column or one twice, another width, a cell that is no number, no rows.
     """
     names, text, first_line = _split_header(path, decoded(path), separator)
-    places = _places(path, names, columns, separator, first_line - 1)
+    places = _places(path, names, columns, separator, first_line - 1, say)
     table = NumberTable(path, text, first_line, len(names), separator, decimal)
     values = table.values(places)
     return values, table.lines(len(values))
@@ -60,7 +62,9 @@ def _split_header(path: Path, text: str, separator: str) -> tuple[list[str], str
     )
 
 
-def _places(path: Path, names: list[str], columns: Sequence[str], separator: str, line: int) -> tuple[int, ...]:
+def _places(
+    path: Path, names: list[str], columns: Sequence[str], separator: str, line: int, say: str
+) -> tuple[int, ...]:
     """Where the columns stand."""
     twice = [name for name, count in Counter(names).items() if count > 1 and name in columns]
     if twice:
@@ -69,17 +73,17 @@ def _places(path: Path, names: list[str], columns: Sequence[str], separator: str
             location=Location(str(path), line),
             hint=f"columns found: {', '.join(repr(n) for n in names[:20])}",
         )
-    for name in columns:
-        if name not in names:
-            raise DataError(
-                f"no column {name!r}",
-                location=Location(str(path), line),
-                hint=_missing_hint(name, names, len(columns), separator),
-            )
+    missing = [name for name in columns if name not in names]
+    if missing:
+        raise DataError(
+            f"no column{'s' * (len(missing) > 1)} {', '.join(repr(name) for name in missing)}",
+            location=Location(str(path), line),
+            hint=_missing_hint(missing, names, len(columns), separator, say),
+        )
     return tuple(names.index(name) for name in columns)
 
 
-def _missing_hint(name: str, names: list[str], count: int, separator: str) -> str:
+def _missing_hint(missing: list[str], names: list[str], count: int, separator: str, say: str) -> str:
     found = f"columns found: {', '.join(repr(n) for n in names[:20])}"
     if len(names) == 1:
         other = [s for s in _SEPARATORS if s != separator and len(names[0].split(s)) >= count]
@@ -88,8 +92,9 @@ def _missing_hint(name: str, names: list[str], count: int, separator: str) -> st
             return f"{found}; the columns seem to be separated by {said}: say `separator: {said}`"
     if all(_is_number(n) for n in names):
         return f"{found}; the first line must hold the names of the columns"
-    near = did_you_mean(name, names)
-    return f"{found}; {near.split(' (valid')[0]}" if near.startswith("did") else found
+    near = did_you_mean(missing[0], names) if len(missing) == 1 else ""
+    guess = [near.split(" (valid")[0]] if near.startswith("did") else []
+    return "; ".join([found, *guess, *([say] if say else [])])
 
 
 def _is_number(text: str) -> bool:

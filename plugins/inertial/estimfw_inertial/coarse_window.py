@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from estimfw.data.record import Event, Record
 from estimfw.errors import ConfigError, DataError, NumericalError
-from estimfw_inertial.place import Place
+from estimfw_inertial.place import SAY_THE_SITE, Place
 
 __all__ = ["Window", "checked_place", "pole_events", "window_at_start"]
 
@@ -108,9 +108,7 @@ def checked_place(place: Place | None) -> Place:
         At a pole.
     """
     if place is None:
-        raise ConfigError(
-            "a coarse alignment needs the place", hint="add `site: {latitude: ..., longitude: ..., height: ...}`"
-        )
+        raise ConfigError("a coarse alignment needs the place", hint=SAY_THE_SITE)
     if np.pi / 2 - abs(place.latitude) < _NO_GYROCOMPASS:
         raise NumericalError(
             f"latitude {np.degrees(place.latitude):.6g} deg: at a pole the Earth's rate shows no north",

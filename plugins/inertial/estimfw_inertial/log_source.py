@@ -10,74 +10,24 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import Field, Strict
 
-from estimfw.config.types import PositiveInt, Settings, positive_quantity, quantity
-from estimfw.data.record import Event, Record, Stream
-from estimfw.data.row_order import Rows, TimeErrors, in_order
+from estimfw.data.record import Event, FloatArray, Record, Stream
+from estimfw.data.row_order import Rows, in_order
 from estimfw.data.sampling import check_rate
 from estimfw.errors import ConfigError, DataError, Location
 from estimfw.model.nominal import InitialNominal
-from estimfw_inertial.missing_rows import Missing, bridged, gap_events
-from estimfw_inertial.mounting import MountingConfig, mounting
+from estimfw_inertial.log_config import ImuLogConfig
+from estimfw_inertial.missing_rows import bridged, gap_events
+from estimfw_inertial.mounting import mounting
 from estimfw_inertial.place import Place
-from estimfw_inertial.readers import CsvLayout, ImuLog, read_log
-from estimfw_inertial.record_checks import StandingMeans, check_standing, check_step
+from estimfw_inertial.readers import CONTENTS, CsvLayout, ImuLog, format_of, read_log
+from estimfw_inertial.record_checks import check_standing, check_step
+from estimfw_inertial.standing_means import StandingMeans
 from estimfw_inertial.stuck_sensor import stuck_events
 
-__all__ = ["ColumnsConfig", "ImuLogConfig", "ImuLogSource", "UnitsConfig", "build_imu_log"]
-
-FloatArray = NDArray[np.float64]
-
-_Three = Annotated[tuple[str, str, str], Strict(False)]
-_LAYOUT = CsvLayout()
-
-
-class ColumnsConfig(Settings):
-    """Names of the columns of a CSV log; gyro and accelerometer in the order x, y, z."""
-
-    time: str = _LAYOUT.time
-    gyro: _Three = _LAYOUT.gyro
-    accel: _Three = _LAYOUT.accel
-
-
-class UnitsConfig(Settings):
-    """Units of a CSV log, such as ``deg/s`` and ``g`` of rates, ``deg`` and ``g*s`` of increments. Default: SI."""
-
-    time: str | None = None
-    gyro: str | None = None
-    accel: str | None = None
-
-
-class ImuLogConfig(Settings):
-    """Settings of ``inertial.imu_log``."""
-
-    kind: Literal["inertial.imu_log"]
-    file: Annotated[str, Field(description="path of the log")]
-    format: Annotated[Literal["auto", "csv", "npz", "psins"], Field(description="auto: by the suffix")] = "auto"
-    first_sample: Annotated[PositiveInt | None, Field(description="first row used, counted from 1")] = None
-    last_sample: Annotated[PositiveInt | None, Field(description="last row used, counted from 1, included")] = None
-    start: Annotated[float, quantity("s"), Field(description="rows after this instant")] | None = None
-    stop: Annotated[float, quantity("s"), Field(description="rows up to this instant")] | None = None
-    rate: Annotated[float, positive_quantity("Hz", examples=("100 Hz",))] | None = None
-    columns: ColumnsConfig = ColumnsConfig()
-    units: UnitsConfig = UnitsConfig()
-    values: Annotated[
-        Literal["increment", "rate"], Field(description="integrals over each interval, or means over it (CSV)")
-    ] = "increment"
-    separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
-    decimal: Literal[".", ","] = "."
-    mounting: Annotated[MountingConfig | None, Field(description="turn of the IMU against the vehicle")] = None
-    time_errors: Annotated[TimeErrors, Field(description="what becomes of rows that go back in time")] = "error"
-    missing: Annotated[Missing, Field(description="repeat the last good sample for lost ones, or keep the holes")] = (
-        "repeat"
-    )
-    longest_gap: Annotated[float, positive_quantity("s"), Field(description="longer ones are refused")] = 0.1
-    checks: Annotated[bool, Field(description="compare with gravity and the Earth's rate (a standing vehicle)")] = True
+__all__ = ["ImuLogSource", "build_imu_log"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,14 +50,13 @@ class ImuLogSource:
         rows, events = self._selected(path, log)
         period = self._period(path, log.stream, rows.time)
         events += gap_events(rows, period, config.longest_gap)
+        events += stuck_events(rows, period)
         if config.missing == "repeat":
             rows, repeated = bridged(rows, period, config.longest_gap)
             events += repeated
         stream = Stream("imu", rows.time, rows.values, log.stream.columns, "increment", period)
-        events += stuck_events(stream)
         stream, initial = self._mounted(stream, log.initial)
-        if config.checks:
-            events += check_standing(StandingMeans.of(stream.values, period), self.place, Location(str(path)))
+        events += self._standing_events(path, stream, period)
         events += self._place_events(log.header)
         return Record({"imu": stream}, events=events, initial=initial, attributes=self._attributes(path, log, rows))
 
@@ -137,26 +86,39 @@ class ImuLogSource:
     def _selected(self, path: Path, log: ImuLog) -> tuple[Rows, tuple[Event, ...]]:
         """Rows by number, in order of time, then by time."""
         c, stream = self.config, log.stream
-        chosen = slice((c.first_sample or 1) - 1, c.last_sample)
-        rows = Rows(str(path), stream.time, stream.values, log.lines).take(chosen)
         if c.last_sample is not None and c.last_sample > len(stream):
             raise DataError(
-                f"`last_sample` is {c.last_sample}, the log has {len(stream)} samples", location=Location(str(path))
+                f"`last_sample` is {c.last_sample}, the log has {len(stream)} samples",
+                location=Location(str(path)),
+                hint="leave `last_sample` out (`--set source.last_sample=null`) to take the log to its end",
             )
+        chosen = slice((c.first_sample or 1) - 1, c.last_sample)
+        rows = Rows(str(path), stream.time, stream.values, log.lines).take(chosen)
         rows, events = in_order(rows, c.time_errors)
-        inside = np.ones(rows.time.size, dtype=bool)
-        if c.start is not None:
-            inside &= rows.time > c.start + 1e-9
-        if c.stop is not None:
-            inside &= rows.time <= c.stop + 1e-9
-        if not inside.any():
+        inside = rows.between(c.start, c.stop)
+        if not inside.time.size:
             raise DataError(
                 f"no sample is left by the selection; the log has {len(stream)} from {np.min(stream.time):.10g} s to "
                 f"{np.max(stream.time):.10g} s",
                 location=Location(str(path)),
                 hint="correct `first_sample`, `start`, `stop`",
             )
-        return rows.take(inside), events
+        return inside, events + self._cut_events(stream, inside.time)
+
+    def _cut_events(self, stream: Stream, used: FloatArray) -> tuple[Event, ...]:
+        """What the selection left out: a config that was made for another log shows in it."""
+        c = self.config
+        said = {"first_sample": c.first_sample, "last_sample": c.last_sample, "start": c.start, "stop": c.stop}
+        keys = ", ".join(f"`{key}` {value:g}" for key, value in said.items() if value is not None)
+        before = int(np.count_nonzero(stream.time < used[0]))
+        after = int(np.count_nonzero(stream.time > used[-1]))
+        if not keys or before + after == 0:
+            return ()
+        text = (
+            f"{used.size} of {len(stream)} samples are used, {used[0]:.10g} s to {used[-1]:.10g} s; left out are {before} "
+            f"before and {after} after them ({keys})"
+        )
+        return (Event(float("nan"), "imu", "cut", text, before + after),)
 
     def _period(self, path: Path, stream: Stream, time: FloatArray) -> float:
         """The configured sampling interval, or that of the file, or that of the time stamps."""
@@ -165,6 +127,21 @@ class ImuLogSource:
             return check_step(time, Location(str(path)))
         check_rate(time, nominal, Location(str(path)))
         return nominal
+
+    def _standing_events(self, path: Path, stream: Stream, period: float) -> tuple[Event, ...]:
+        """What the checks of a standing record flag."""
+        config = self.config
+        if not config.checks:
+            return ()
+        kind = format_of(path, config.format)
+        return check_standing(
+            StandingMeans.of(stream.values, period),
+            self.place,
+            Location(str(path)),
+            tolerance=config.rate_tolerance,
+            values=config.values if kind == "csv" else None,
+            contents=CONTENTS.get(kind, ""),
+        )
 
     def _place_events(self, header: Mapping[str, float]) -> tuple[Event, ...]:
         if self.place is None or "latitude" not in header:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pluggy
 
 from estimfw.registry.component import Component
-from estimfw_inertial import coarse_averaging, coarse_inertial, given, log_source, strapdown
+from estimfw_inertial import coarse_averaging, coarse_inertial, given, log_config, log_source, strapdown
 
 __all__ = ["ESTIMFW_API", "estimfw_components"]
 
@@ -29,5 +29,5 @@ def estimfw_components() -> list[Component]:
             "initial", "averaging", coarse_averaging.AveragingConfig, coarse_averaging.build_averaging,
             "coarse alignment by averaging, for a vehicle that stands still",
         ),
-        Component("source", "imu_log", log_source.ImuLogConfig, log_source.build_imu_log, "recorded IMU: NPZ, CSV or PSINS .imu"),
+        Component("source", "imu_log", log_config.ImuLogConfig, log_source.build_imu_log, "recorded IMU: NPZ, CSV or PSINS .imu"),
     ]  # fmt: skip

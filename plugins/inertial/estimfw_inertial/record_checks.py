@@ -7,57 +7,36 @@ What misses them by a factor that a known mistake would make is refused, with th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
-from estimfw.data.record import Event
+from estimfw.data.record import Event, FloatArray
 from estimfw.errors import DataError, Location
 from estimfw_inertial.earth import RATE, normal_gravity
+from estimfw_inertial.known_mistakes import (
+    DEG,
+    Mistake,
+    Sensor,
+    Values,
+    cure,
+    force_mistakes,
+    nearest,
+    rate_mistakes,
+)
 from estimfw_inertial.place import Place
+from estimfw_inertial.standing_means import StandingMeans
+from estimfw_inertial.vertical_rate import vertical_rate_events
 
-__all__ = ["StandingMeans", "check_standing", "check_step"]
-
-FloatArray = NDArray[np.float64]
+__all__ = ["check_standing", "check_step"]
 
 _STANDARD_GRAVITY = 9.80665
-_DEG = 180.0 / np.pi
 #: Largest part by which the mean specific force of a standing, uncalibrated IMU misses gravity.
 _FORCE_TOLERANCE = 0.03
 #: A mean rate may be this many times the Earth's or this part of it: gyro biases are added to it.
 _RATE_TOLERANCE = 3.0
-
-
-@dataclass(frozen=True, slots=True)
-class StandingMeans:
-    """Means of a standing record.
-
-    Attributes
-    ----------
-    force_b : (3,) array, m/s^2
-    rate_b : (3,) array, rad/s
-    period : float, s
-    """
-
-    force_b: FloatArray
-    rate_b: FloatArray
-    period: float
-
-    @classmethod
-    def of(cls, values: FloatArray, period: float) -> StandingMeans:
-        """Means of increments (N, 6), rad and m/s, over ``period`` s each; NaN is left out."""
-        mean = np.nanmean(values, axis=0) / period
-        return cls(mean[3:6], mean[:3], period)
-
-
-@dataclass(frozen=True, slots=True)
-class _Mistake:
-    """Something that people do, by which the number comes out ``factor`` times too large."""
-
-    factor: float
-    text: str
-    hint: str
+#: rad/s; what no gyro has for a bias, but one read in the wrong unit.
+_NO_BIAS = 0.02
+#: How an IMU sits whose z is not up, but for its yaw, by the axis on which the reaction to gravity shows.
+_TURNS = {"+x": "roll: -90 deg", "-x": "roll: 90 deg", "+y": "pitch: 90 deg", "-y": "pitch: -90 deg"}
 
 
 def check_step(time: FloatArray, location: Location) -> float:
@@ -80,7 +59,15 @@ def check_step(time: FloatArray, location: Location) -> float:
     return step
 
 
-def check_standing(means: StandingMeans, place: Place | None, location: Location) -> tuple[Event, ...]:
+def check_standing(
+    means: StandingMeans,
+    place: Place | None,
+    location: Location,
+    *,
+    tolerance: float,
+    values: Values | None = "increment",
+    contents: str = "",
+) -> tuple[Event, ...]:
     """Gravity and the Earth's rate, in size and direction.
 
     Parameters
@@ -90,100 +77,65 @@ def check_standing(means: StandingMeans, place: Place | None, location: Location
         None: standard gravity, and no check of the angle between the two.
     location : Location
         For the message.
+    tolerance : float, rad/s
+        By which the rate along gravity may miss the Earth's, beyond what averaging leaves of noise.
+    values, contents
+        For the cure of wrong units; see `cure`.
 
     Returns
     -------
     tuple of Event
-        ``rate`` where the mean rate is not the Earth's but no known mistake either; ``tilt`` beyond 45 deg.
+        ``rate`` where the mean rate is not the Earth's but no known mistake either, ``vertical rate`` where it is not that
+        of the latitude; ``tilt`` beyond 45 deg.
 
     Raises
     ------
     DataError
         The mean specific force is not gravity, the rate is that of a known mistake, or gravity lies along a wrong axis.
     """
-    gravity = float(normal_gravity(place.latitude, place.height)) if place is not None else _STANDARD_GRAVITY
-    _check_sizes(means, gravity, place, location)
+    guesses, faults = _wrong_sizes(means, place)
+    if faults:
+        raise DataError("; ".join(faults), location=location, hint=cure(guesses, values, contents))
     events = _check_direction(means, place, location)
     rate = float(np.linalg.norm(means.rate_b))
     if 1.0 / _RATE_TOLERANCE < rate / RATE < _RATE_TOLERANCE:
-        return events
-    text = f"the mean rate is {rate * _DEG * 3600.0:.4g} deg/h, the Earth's is 15.04: large gyro biases, or the vehicle turns"
-    return (*events, Event(float("nan"), "imu", "rate", text))
+        return (*events, *(vertical_rate_events(means, place, tolerance) if place is not None else ()))
+    text = f"the mean rate is {rate * DEG * 3600.0:.4g} deg/h, the Earth's is 15.04: large gyro biases, or the vehicle turns"
+    more = ", or the gyros are in deg, not in rad" if rate > _NO_BIAS else ""
+    return (*events, Event(float("nan"), "imu", "rate", f"{text}{more}"))
 
 
-def _check_sizes(means: StandingMeans, gravity: float, place: Place | None, location: Location) -> None:
+def _wrong_sizes(means: StandingMeans, place: Place | None) -> tuple[dict[Sensor, Mistake | None], list[str]]:
+    """By sensor the mistake that explains its mean, and what to tell of it."""
+    gravity = float(normal_gravity(place.latitude, place.height)) if place is not None else _STANDARD_GRAVITY
     force, rate = float(np.linalg.norm(means.force_b)), float(np.linalg.norm(means.rate_b))
+    guesses: dict[Sensor, Mistake | None] = {}
     faults = []
     if not abs(force / gravity - 1.0) < _FORCE_TOLERANCE:
-        guess = _nearest(force / gravity, _force_mistakes(means.period), 0.05)
-        faults.append((f"the mean specific force is {force:.5g} m/s^2, gravity is {gravity:.5g} m/s^2", guess))
+        guesses["accel"] = nearest(force / gravity, force_mistakes(means.period), 0.05)
+        seen = f"the mean specific force is {force:.5g} m/s^2, gravity is {gravity:.5g} m/s^2"
+        faults.append(f"{seen}: {_told(guesses['accel'])}")
     if not 1.0 / _RATE_TOLERANCE < rate / RATE < _RATE_TOLERANCE:
-        guess = _nearest(rate / RATE, _rate_mistakes(means.period), 0.15)
+        guess = nearest(rate / RATE, rate_mistakes(means.period), 0.15)
         if guess is not None and (faults or _angle_fits(means, place)):
-            faults.append((f"the mean rate is {rate:.5g} rad/s, the Earth's is {RATE:.5g} rad/s", guess))
-    if faults:
-        text = "; ".join(f"{seen}: {_told(guess)}" for seen, guess in faults)
-        hints = dict.fromkeys(guess.hint if guess else _NO_GUESS for _, guess in faults)
-        raise DataError(text, location=location, hint="; ".join(hints))
+            guesses = {"gyro": guess, **guesses}
+            faults.append(f"the mean rate is {rate:.5g} rad/s, the Earth's is {RATE:.5g} rad/s: {_told(guess)}")
+    return guesses, faults
 
 
-_NO_GUESS = "does the vehicle stand? `checks: false` takes the record as it is"
-
-
-def _told(guess: _Mistake | None) -> str:
-    return (
-        f"{guess.text}? (factor {1.0 / guess.factor:.6g})"
-        if guess
-        else "this is no record of a standing vehicle in SI units"
-    )
-
-
-def _force_mistakes(period: float) -> tuple[_Mistake, ...]:
-    g = _STANDARD_GRAVITY
-    return (
-        _Mistake(1.0 / g, "g for m/s^2", "say the unit of the accelerometers (g)"),
-        *_kind_mistakes(period, 1.0, ""),
-        *_kind_mistakes(period, 1.0 / g, ", and g for m/s^2"),
-    )
-
-
-def _rate_mistakes(period: float) -> tuple[_Mistake, ...]:
-    return (
-        _Mistake(_DEG, "deg for rad", "say the unit of the gyros (deg)"),
-        _Mistake(_DEG * 3600.0, "arcsec for rad, or deg/h for rad/s", "say the unit of the gyros (arcsec, deg/h)"),
-        *_kind_mistakes(period, 1.0, ""),
-        *_kind_mistakes(period, _DEG, ", and deg for rad"),
-    )
-
-
-def _kind_mistakes(period: float, factor: float, more: str) -> tuple[_Mistake, ...]:
-    return (
-        _Mistake(factor / period, f"rates taken for increments{more}", "say `values: rate`"),
-        _Mistake(factor * period, f"increments taken for rates{more}", "say `values: increment`"),
-    )
-
-
-def _nearest(ratio: float, mistakes: tuple[_Mistake, ...], tolerance: float) -> _Mistake | None:
-    """The mistake whose factor is within ``tolerance`` of the ratio, the nearest of them."""
-    if not (np.isfinite(ratio) and ratio > 0.0):
-        return None
-    miss = {m: abs(float(np.log(ratio / m.factor))) for m in mistakes}
-    best = min(mistakes, key=lambda m: miss[m])
-    return best if miss[best] < tolerance and abs(np.log(best.factor)) > 2.0 * tolerance else None
+def _told(guess: Mistake | None) -> str:
+    if guess is None:
+        return "this is no record of a standing vehicle in SI units"
+    return f"{guess.text}? (factor {1.0 / guess.factor:.6g})"
 
 
 def _angle_fits(means: StandingMeans, place: Place | None) -> bool:
     """Whether rate and specific force stand to each other as the Earth's do: a large bias would not."""
-    return place is None or abs(_sine_of_latitude(means) - float(np.sin(place.latitude))) < 0.1
-
-
-def _sine_of_latitude(means: StandingMeans) -> float:
-    size = float(np.linalg.norm(means.force_b) * np.linalg.norm(means.rate_b))
-    return float(means.force_b @ means.rate_b) / size if size > 0.0 else 0.0
+    return place is None or abs(means.sine_of_latitude - float(np.sin(place.latitude))) < 0.1
 
 
 def _check_direction(means: StandingMeans, place: Place | None, location: Location) -> tuple[Event, ...]:
-    up = means.force_b / np.linalg.norm(means.force_b)
+    up = means.up_b
     axis = int(np.argmax(np.abs(up)))
     name = f"{'+' if up[axis] > 0.0 else '-'}{'xyz'[axis]}"
     if abs(up[axis]) < np.sqrt(0.5) or name == "+z":
@@ -196,13 +148,23 @@ def _check_direction(means: StandingMeans, place: Place | None, location: Locati
             location=location,
             hint="at rest an accelerometer that points up shows +g: turn the signs round in the log",
         )
-    guess = "z points down" if name == "-z" else "axes swapped"
+    say = "say in `source.mounting` how the IMU sits in the vehicle, such as `mounting: "
+    if name == "-z":
+        raise DataError(
+            f"{seen}: z points down?",
+            location=location,
+            hint=f"{say}{{yaw: -90 deg, roll: 180 deg}}` (x forward, y right, z down) or {{roll: 180 deg}} "
+            "(x left, y forward, z down)",
+        )
     raise DataError(
-        f"{seen}: {guess}?", location=location, hint="say in `source.mounting` how the IMU sits in the vehicle"
+        f"{seen}: axes swapped?",
+        location=location,
+        hint=f"{say}{{{_TURNS[name]}}}` and its yaw; if the log only has its axes in another order, reorder them as right, "
+        "forward, up (in `source.columns`, if it is CSV): a mounting turns, it cannot swap two axes",
     )
 
 
 def _accelerometers_flipped(means: StandingMeans, place: Place | None) -> bool:
     if place is None or abs(np.sin(place.latitude)) < 0.2:
         return False
-    return abs(_sine_of_latitude(means) + float(np.sin(place.latitude))) < 0.1
+    return abs(means.sine_of_latitude + float(np.sin(place.latitude))) < 0.1

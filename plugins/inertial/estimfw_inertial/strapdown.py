@@ -24,6 +24,7 @@ from estimfw.model.nominal import (
 )
 from estimfw_inertial import mechanization
 from estimfw_inertial.increments import IMU_COLUMNS, imu_samples
+from estimfw_inertial.place import SAY_THE_SITE
 
 __all__ = ["BoundStrapdown", "Strapdown", "StrapdownConfig", "strapdown"]
 
@@ -206,7 +207,7 @@ def strapdown(cfg: StrapdownConfig, site: Site | None) -> Strapdown:
     if site is None:
         raise ConfigError(
             "nominal inertial.strapdown needs the place, for gravity and the Earth's rate",
-            hint="add `site: {latitude: 34 deg, longitude: 75 deg, height: 100 m}`",
+            hint=SAY_THE_SITE,
         )
     if np.pi / 2 - abs(site.latitude) < 1e-9:
         raise NumericalError(

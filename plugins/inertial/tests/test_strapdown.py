@@ -157,7 +157,7 @@ def test_a_config_makes_a_provider_at_the_site() -> None:
 def test_without_a_site_there_is_no_gravity() -> None:
     with pytest.raises(ConfigError, match="needs the place") as caught:
         strapdown(config(), None)
-    assert "site:" in str(caught.value.hint)
+    assert "--set 'site={latitude: ..., longitude: ..., height: ...}'" in str(caught.value.hint)
 
 
 @pytest.mark.parametrize("latitude", ["90 deg", "-90 deg"])

@@ -19,6 +19,7 @@ from estimfw_inertial.earth import earth_rate_n, normal_gravity
 from estimfw_inertial.imu_errors import ImuErrors, RealisedErrors, SensorErrors, apply
 from estimfw_inertial.imu_errors_config import ImuErrorsConfig, imu_errors
 from estimfw_inertial.increments import IMU_COLUMNS
+from estimfw_inertial.place import SAY_THE_SITE
 from numpy.typing import NDArray
 from pydantic import Field
 from scipy.spatial.transform import Rotation
@@ -196,7 +197,7 @@ def ideal_increments(edges: FloatArray, middles: FloatArray, site: Site, dt: flo
 def simulate(cfg: SimulateConfig, site: Site | None, initial: InitialNominal | None) -> Simulation:
     """The source of the paper's experiment; it needs a site, and the true attitude from ``initial_attitude``."""
     if site is None:
-        raise ConfigError("source sins_static.simulate needs a site", hint="add: site: {latitude: 34 deg}")
+        raise ConfigError("source sins_static.simulate needs a site", hint=SAY_THE_SITE)
     given = [name for name in _INSTEAD if name in cfg.model_fields_set] if cfg.imu is not None else []
     if given:
         raise ConfigError(

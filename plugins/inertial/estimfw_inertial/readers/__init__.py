@@ -20,12 +20,17 @@ from estimfw_inertial.readers import csv, npz, psins_imu
 from estimfw_inertial.readers.imu_log import ImuLog
 from estimfw_inertial.readers.layout import CsvLayout
 
-__all__ = ["FORMATS", "CsvLayout", "ImuLog", "read_log"]
+__all__ = ["CONTENTS", "FORMATS", "CsvLayout", "ImuLog", "format_of", "read_log"]
 
 Reader = Callable[[Path, CsvLayout], ImuLog]
 
 #: By the name that a config gives the format.
 FORMATS: dict[str, Reader] = {"csv": csv.read, "npz": npz.read, "psins": psins_imu.read}
+#: What a log holds of which the config can say nothing.
+CONTENTS = {
+    "npz": "an NPZ log holds increments, `dtheta` in rad and `dvel` in m/s over each interval",
+    "psins": "a PSINS log holds increments, with scale factors in arcsec and ug s in its header",
+}
 _SUFFIXES = {".csv": "csv", ".tsv": "csv", ".txt": "csv", ".npz": "npz", ".imu": "psins"}
 
 
@@ -46,8 +51,7 @@ def read_log(path: Path, layout: CsvLayout | None = None, format: str = "auto") 
         No such file, not a file, not permitted, an unknown suffix, or contents that are not what they should be.
     """
     refuse_missing_file(path, "the IMU log")
-    if format == "auto":
-        format = _SUFFIXES.get(path.suffix.lower(), "")
+    format = format_of(path, format)
     if format not in FORMATS:
         raise DataError(
             f"the suffix {path.suffix!r} does not tell the format",
@@ -58,3 +62,8 @@ def read_log(path: Path, layout: CsvLayout | None = None, format: str = "auto") 
         return FORMATS[format](path, layout or CsvLayout())
     except OSError as cause:
         raise DataError(f"cannot read the IMU log: {cause.strerror or cause}", location=Location(str(path))) from cause
+
+
+def format_of(path: Path, format: str = "auto") -> str:
+    """A key of ``FORMATS``, by the suffix of the file where the format is ``auto``; empty if that is unknown."""
+    return _SUFFIXES.get(path.suffix.lower(), "") if format == "auto" else format

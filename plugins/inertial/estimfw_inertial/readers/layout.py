@@ -27,7 +27,7 @@ class CsvLayout:
         Nominal sampling interval; None: the median step of the time stamps.
     """
 
-    time: str = "t"
+    time: str = "time"
     gyro: tuple[str, str, str] = ("dtheta_x", "dtheta_y", "dtheta_z")
     accel: tuple[str, str, str] = ("dvel_x", "dvel_y", "dvel_z")
     values: Literal["increment", "rate"] = "increment"

@@ -15,7 +15,8 @@ from estimfw_inertial.coarse_inertial import (
     reaction_velocity,
 )
 from estimfw_inertial.earth import normal_gravity
-from estimfw_inertial.log_source import ImuLogConfig, build_imu_log
+from estimfw_inertial.log_config import ImuLogConfig
+from estimfw_inertial.log_source import build_imu_log
 from estimfw_inertial.rotation import euler_angles
 from estimfw_inertial.sensor_grade import SensorGrade
 from numpy.typing import NDArray
@@ -191,8 +192,9 @@ def test_a_pole_has_no_north(latitude: str) -> None:
 
 
 def test_without_a_site_there_is_no_alignment() -> None:
-    with pytest.raises(ConfigError, match="needs the place"):
+    with pytest.raises(ConfigError, match="needs the place") as caught:
         finder("60 s", None)
+    assert "--set 'site={latitude: ..., longitude: ..., height: ...}'" in str(caught.value.hint)
 
 
 def test_the_reference_is_level_and_faces_north() -> None:

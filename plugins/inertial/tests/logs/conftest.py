@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from estimfw_inertial.log_source import ImuLogConfig, build_imu_log
+from estimfw_inertial.log_config import ImuLogConfig
+from estimfw_inertial.log_source import build_imu_log
 from estimfw_inertial.rotation import attitude_matrix
 from numpy.typing import NDArray
 
@@ -92,12 +93,12 @@ SITE = Site.model_validate({"latitude": "34 deg", "longitude": "75 deg", "height
 
 @pytest.fixture
 def load() -> Callable[..., Record]:
-    """Runs the source `inertial.imu_log` on a file."""
+    """Runs the source `inertial.imu_log` on a file, at latitude 34 deg or another site."""
 
-    def run(path: Path, **settings: object) -> Record:
+    def run(path: Path, site: Site = SITE, **settings: object) -> Record:
         if path.suffix == ".csv":
             settings = {"columns": COLUMNS, **settings}
         config = ImuLogConfig.model_validate({"kind": "inertial.imu_log", "file": str(path), **settings})
-        return build_imu_log(config, SITE, InitialNominal(values={})).load()
+        return build_imu_log(config, site, InitialNominal(values={})).load()
 
     return run

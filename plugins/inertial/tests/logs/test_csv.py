@@ -13,7 +13,7 @@ from estimfw_inertial.readers import CsvLayout, read_log
 
 from estimfw.errors import ConfigError, DataError
 
-LAYOUT = CsvLayout(gyro=("gx", "gy", "gz"), accel=("ax", "ay", "az"))
+LAYOUT = CsvLayout(time="t", gyro=("gx", "gy", "gz"), accel=("ax", "ay", "az"))
 HEADER = "t,gx,gy,gz,ax,ay,az"
 Write = Callable[..., Path]
 
@@ -58,6 +58,25 @@ def test_a_unit_of_another_dimension_is_refused(csv_of: Write) -> None:
         read_log(csv_of(rows()), layout(gyro_unit="deg/s"))
 
 
+@pytest.mark.parametrize(
+    ("fields", "hint"),
+    [
+        ({"gyro_unit": "deg/s", "accel_unit": "g"}, "say `values: rate`"),
+        ({"values": "rate", "gyro_unit": "deg", "accel_unit": "g*s"}, "say `values: increment`"),
+        (
+            {"values": "rate", "gyro_unit": "m/s"},
+            "units: {gyro: rad/s, accel: m/s^2}`, or such as {gyro: deg/s, accel: g}",
+        ),
+        ({"accel_unit": "m"}, "units: {gyro: rad, accel: m/s}`, or such as {gyro: deg, accel: g*s}"),
+        ({"time_unit": "deg"}, "`units: {time: s}`, or ms, us"),
+    ],
+)
+def test_a_wrong_unit_gets_the_key_and_the_right_ones(csv_of: Write, fields: dict[str, str], hint: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        read_log(csv_of(rows()), layout(**fields))
+    assert hint in str(caught.value.hint)
+
+
 def test_decimal_commas_and_semicolons_are_read_when_said(csv_of: Write) -> None:
     text = "t;gx;gy;gz;ax;ay;az\n0,01;1,5;2;3;4;5;6\n"
     assert read_log(csv_of(text), layout(separator=";", decimal=",")).stream.values[0, 0] == 1.5
@@ -81,6 +100,13 @@ def test_renamed_column_is_named_with_those_found(csv_of: Write) -> None:
     text = refusal(csv_of(rows(), "t,gyro_x,gy,gz,ax,ay,az"))
     assert "log.csv:1: no column 'gx'" in text
     assert "columns found: 't', 'gyro_x', 'gy'" in text
+
+
+def test_all_missing_columns_are_named_at_once_with_the_key_to_say(csv_of: Write) -> None:
+    text = refusal(csv_of(rows(), "time,wx,wy,wz,ax,ay,az"))
+    assert "log.csv:1: no columns 't', 'gx', 'gy', 'gz'\n" in text
+    assert "columns found: 'time', 'wx', 'wy', 'wz', 'ax', 'ay', 'az'" in text
+    assert "source.columns={time: ..., gyro: [..., ..., ...], accel: [..., ..., ...]}" in text
 
 
 def test_duplicate_column_is_refused_not_renamed(csv_of: Write) -> None:

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from estimfw_inertial.log_source import ImuLogConfig, build_imu_log
+from estimfw_inertial.log_config import ImuLogConfig
+from estimfw_inertial.log_source import build_imu_log
 from estimfw_inertial.rotation import attitude_matrix
 
 from estimfw.data.record import Record
@@ -52,6 +53,19 @@ def test_start_and_stop_cut_by_the_end_of_the_interval(load: Load, npz_of: Write
     assert (time.size, time[0], time[-1]) == (300, pytest.approx(2.01), pytest.approx(5.0))
 
 
+def test_what_a_selection_leaves_out_is_told(load: Load, npz_of: Write, standing: Any) -> None:
+    path = npz_of(standing)
+    (event,) = load(path, first_sample=100, last_sample=300).events
+    assert (event.kind, event.count) == ("cut", 799)
+    assert event.text == (
+        "201 of 1000 samples are used, 1 s to 3 s; left out are 99 before and 700 after them "
+        "(`first_sample` 100, `last_sample` 300)"
+    )
+    (event,) = load(path, stop="5 s").events
+    assert (event.kind, event.count) == ("cut", 500)
+    assert load(path, last_sample=1000, start="0 s").events == ()
+
+
 def test_the_file_is_named_by_its_hash(load: Load, npz_of: Write, standing: Any) -> None:
     path = npz_of(standing)
     attributes = load(path).attributes
@@ -64,7 +78,9 @@ def test_a_selection_outside_the_log_is_refused(load: Load, npz_of: Write, stand
     assert "no sample is left by the selection; the log has 1000 from 0.01 s to 10 s" in refusal(
         load, path, start="20 s"
     )
-    assert "`last_sample` is 2000, the log has 1000 samples" in refusal(load, path, last_sample=2000)
+    text = refusal(load, path, last_sample=2000)
+    assert "`last_sample` is 2000, the log has 1000 samples" in text
+    assert "--set source.last_sample=null" in text
     assert "no sample is left" in refusal(load, path, first_sample=1001)
 
 
