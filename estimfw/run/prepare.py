@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
-from estimfw.config.generic.simulate_model import inputs_at
 from estimfw.data.record import Event, Findings, Record
 from estimfw.data.timeline import Steps, Wanted, driven_steps, merged_steps
 from estimfw.errors import DataError
 from estimfw.estimators.scan import Chunk, FilterState, row_offsets
 from estimfw.model.nominal import BoundProvider, InitialNominal
+from estimfw.plan.inputs import inputs_at
 from estimfw.plan.plan import Plan
 from estimfw.registry.contract import plugin_code
 from estimfw.run.found_start import with_found_covariance

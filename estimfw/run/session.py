@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimfw.config.compose import Problem
-from estimfw.config.generic.simulate_model import inputs_at
 from estimfw.data.record import SAME, Event, Record, Stream
 from estimfw.data.timeline import Steps
 from estimfw.errors import DataError, UsageError
 from estimfw.estimators.scan import Chunk, ChunkResult, refuse_lost, row_offsets
 from estimfw.kernels.fuse import LATE, MEANINGS
 from estimfw.model.nominal import InitialNominal
+from estimfw.plan.inputs import inputs_at
 from estimfw.run.outputs import output_values
 from estimfw.run.prepare import filter_start
 from estimfw.run.waiting_rows import DueRow, WaitingRows

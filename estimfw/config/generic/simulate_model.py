@@ -16,6 +16,7 @@ from estimfw.data.timeline import Steps, Wanted, merged_steps
 from estimfw.errors import ConfigError, NumericalError
 from estimfw.kernels import ud
 from estimfw.model.nominal import InitialNominal
+from estimfw.plan.inputs import inputs_at
 from estimfw.plan.plan import MeasurementPlan, Plan
 from estimfw.spelling import did_you_mean
 
@@ -136,16 +137,6 @@ def _refuse_infinite(states: FloatArray, plan: Plan, steps: Steps) -> None:
             f"the simulated {plan.states[i]} left the numbers at t = {steps.time[k]:g} s",
             hint="the model is unstable: it grows without bound; check the signs of its coefficients",
         )
-
-
-def inputs_at(plan: Plan, time: FloatArray) -> FloatArray:
-    """Known inputs (K, inputs) that hold from these instants (K,) on."""
-    columns = []
-    for known in plan.inputs:
-        index = np.searchsorted(np.array(known.times), time + SAME, side="right") - 1
-        values = np.array(known.values)[np.maximum(index, 0)]
-        columns.append(np.where(index[:, None] >= 0, values, 0.0))
-    return np.concatenate(columns, axis=1) if columns else np.zeros((time.size, 0))
 
 
 def _factor(covariance: FloatArray) -> FloatArray:
