@@ -33,15 +33,11 @@ class FrozenObservability:
     degree : (n,) array
         Prior sigma of each state conditioned on perfect knowledge of the observable part, over its prior sigma:
         0 determined, 1 not at all. Independent of R and of the run's length.
-    margin : float
-        The smallest accepted and the largest rejected residual: how near the rank is to an edge.
     """
 
     rank: int
     kernel: FloatArray
     degree: FloatArray
-    smallest_accepted: float
-    largest_rejected: float
 
 
 def frozen_observability(F: FloatArray, H: FloatArray, covariance: FloatArray) -> FrozenObservability:
@@ -60,14 +56,14 @@ def frozen_observability(F: FloatArray, H: FloatArray, covariance: FloatArray) -
     """
     root = _root(covariance)
     inverse = np.linalg.inv(root)
-    basis, accepted, rejected = _row_space(inverse @ F @ root, H @ root)
+    basis = _row_space(inverse @ F @ root, H @ root)
     projector = np.eye(F.shape[0]) - basis.T @ basis
     values, vectors = np.linalg.eigh(projector)
     null = vectors[:, values > 0.5]
     kernel = root @ null
     sigma = np.linalg.norm(root, axis=1)
     degree = np.linalg.norm(kernel, axis=1) / sigma
-    return FrozenObservability(basis.shape[0], kernel, degree, accepted, rejected)
+    return FrozenObservability(basis.shape[0], kernel, degree)
 
 
 def _root(covariance: FloatArray) -> FloatArray:
@@ -82,10 +78,9 @@ def _root(covariance: FloatArray) -> FloatArray:
     return sigma[:, None] * half
 
 
-def _row_space(F: FloatArray, H: FloatArray) -> tuple[FloatArray, float, float]:
+def _row_space(F: FloatArray, H: FloatArray) -> FloatArray:
     n = F.shape[0]
     basis = np.zeros((0, n))
-    accepted, rejected = 1.0, 0.0
     queue = [row for row in H if np.any(row)]
     floor = np.finfo(float).eps * max(float(np.linalg.norm(F)), 1e-300)
     while queue and basis.shape[0] < n:
@@ -95,15 +90,13 @@ def _row_space(F: FloatArray, H: FloatArray) -> tuple[FloatArray, float, float]:
         rest -= basis.T @ (basis @ rest)
         size = float(np.linalg.norm(rest))
         if size < TOLERANCE:
-            rejected = max(rejected, size)
             continue
-        accepted = min(accepted, size)
         direction = rest / size
         basis = np.vstack([basis, direction])
         onward = direction @ F
         if np.linalg.norm(onward) > floor:
             queue.append(onward)
-    return basis, accepted, rejected
+    return basis
 
 
 def least_determined_removable(

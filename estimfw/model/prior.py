@@ -57,22 +57,28 @@ class Prior:
         """
         t = self.transform
         own = t.select(list(rows), list(range(t.shape[1])))
-        columns = sorted({j for _, j, _ in own.entries})
-        block = np.array(self.covariance0)[np.ix_(columns, range(t.shape[1]))]
-        alone = np.zeros_like(block)
-        alone[:, columns] = np.eye(len(columns)) * block[0, columns[0]] if columns else 0.0
-        if (
-            own.is_constant
-            and len(columns) == 3
-            and np.array_equal(block, alone)
-            and not any(self.mean0[j] for j in columns)
-        ):
+        if self._is_turned_into_itself(rows, own):
             return self
         turned = rotation @ own
         kept = [e for e in t.entries if e[0] not in set(rows)]
         moved = [(rows[i], j, p) for i, j, p in turned.entries]
         entries = tuple(sorted(kept + moved, key=lambda e: e[:2]))
         return Prior(self.mean0, self.covariance0, Coefficient(t.shape, entries))
+
+    def _is_turned_into_itself(self, rows: Sequence[int], own: Coefficient) -> bool:
+        """Whether ``own`` (3, declared states) @ x0 has no mean, one variance and no correlation with anything.
+
+        That is so for an isotropic P0 of its own and an orthonormal ``own``, whatever the rotation.
+        """
+        columns = sorted({j for _, j, _ in own.entries})
+        shared = any(j in columns and i not in rows for i, j, _ in self.transform.entries)
+        if shared or not own.is_constant or len(columns) != 3 or any(self.mean0[j] for j in columns):
+            return False
+        M = own.evaluate({})[:, columns]
+        block = np.array(self.covariance0)[np.ix_(columns, range(own.shape[1]))]
+        alone = np.zeros_like(block)
+        alone[:, columns] = np.eye(3) * block[0, columns[0]]
+        return np.array_equal(block, alone) and np.allclose(M @ M.T, np.eye(3), rtol=0.0, atol=1e-12)
 
 
 def check_covariance(covariance: FloatArray, labels: Sequence[str], what: str = "the prior covariance") -> None:

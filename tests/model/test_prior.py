@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from estimfw.errors import ConfigError
-from estimfw.model.coefficient import identity, matrix
+from estimfw.model.coefficient import constant, identity, matrix
 from estimfw.model.prior import Prior, check_covariance
 
 C = Rotation.from_euler("ZXY", [40.0, 20.0, -30.0], degrees=True).as_matrix()
@@ -75,6 +75,34 @@ def test_a_triad_that_has_a_direction_does(what: str) -> None:
     got_mean, got = turned.evaluate({"C_bn": C})
     assert np.allclose(got, T @ covariance @ T.T, atol=1e-15)
     assert np.allclose(got_mean, T @ mean, atol=1e-15)
+
+
+def transformed(T: np.ndarray) -> Prior:
+    return Prior((0.0,) * 6, tuple(map(tuple, np.eye(6).tolist())), constant(T))
+
+
+def test_a_triad_turned_by_numbers_stays_isotropic_whatever_comes() -> None:
+    T = np.eye(6)
+    T[3:, 3:] = C
+    prior = transformed(T)
+    assert prior.rotate([3, 4, 5], matrix("C_bn")) == prior
+
+
+@pytest.mark.parametrize("what", ["stretched", "sheared", "shared"])
+def test_a_triad_made_otherwise_of_an_isotropic_one_is_turned(what: str) -> None:
+    """The declared states are isotropic, what is made of them is not, or is correlated with others."""
+    T = np.eye(6)
+    if what == "stretched":
+        T[5, 5] = 2.0
+    elif what == "sheared":
+        T[3, 4] = 0.5
+    else:
+        T[0, 3] = 1.0
+    turned = transformed(T).rotate([3, 4, 5], matrix("C_bn"))
+    whole = np.eye(6)
+    whole[3:, 3:] = C
+    expected = whole @ T @ T.T @ whole.T
+    assert np.allclose(turned.evaluate({"C_bn": C})[1], expected, atol=1e-14)
 
 
 def test_many_attitudes_give_many_priors() -> None:
