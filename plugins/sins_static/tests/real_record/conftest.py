@@ -5,7 +5,6 @@ The textbook has quaternions, a full gain and Phi to second order; settings are 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -123,17 +122,6 @@ class Textbook:
         else:
             F[3:6, 9:] = -np.eye(3)
         return F
-
-
-@pytest.fixture(scope="module")
-def lasergyro() -> Path:
-    """The folder of the record, from LASERGYRO or from a folder shared/data above; skips without it."""
-    named = os.environ.get("LASERGYRO")
-    above = (parent / "shared" / "data" / "lasergyro" for parent in Path(__file__).parents)
-    for folder in (Path(named),) if named else above:
-        if (folder / "lasergyro.npz").is_file():
-            return folder
-    pytest.skip("the record lasergyro is not here (LASERGYRO names its folder)")
 
 
 @pytest.fixture(scope="module")

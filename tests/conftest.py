@@ -12,7 +12,7 @@ from estimfw.config.generic.components import core_components
 from estimfw.config.load import load_document, read_document
 from estimfw.registry.load import load_plugins
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
 @pytest.fixture(scope="session")
