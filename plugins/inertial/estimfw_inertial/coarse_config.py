@@ -23,14 +23,24 @@ class CoarseConfig(Settings):
     """How long to align, and the grade of the sensors (one sigma of each axis), which only the covariance needs."""
 
     duration: Annotated[float, positive_quantity("s"), Field(description="length of the window, from the first sample")]
-    gyro_bias: Annotated[float, non_negative_quantity("rad/s", examples=("0.03 deg/h",))] = _GRADE.gyro_bias
-    accel_bias: Annotated[float, non_negative_quantity("m/s^2", examples=("100 ug",))] = _GRADE.accel_bias
-    angle_random_walk: Annotated[float, non_negative_quantity("rad/sqrt(s)", examples=("0.001 deg/sqrt(h)",))] = (
-        _GRADE.angle_random_walk
-    )
-    velocity_random_walk: Annotated[float, non_negative_quantity("m/s^1.5", examples=("10 ug/sqrt(Hz)",))] = (
-        _GRADE.velocity_random_walk
-    )
+    gyro_bias: Annotated[
+        float,
+        non_negative_quantity("rad/s", examples=("0.03 deg/h",)),
+        Field(description="one sigma; a block of gyro biases says its own instead (so for accel_bias)"),
+    ] = _GRADE.gyro_bias
+    accel_bias: Annotated[
+        float, non_negative_quantity("m/s^2", examples=("100 ug",)), Field(description="one sigma")
+    ] = _GRADE.accel_bias
+    angle_random_walk: Annotated[
+        float,
+        non_negative_quantity("rad/sqrt(s)", examples=("0.001 deg/sqrt(h)",)),
+        Field(description="noise of the gyros, a density"),
+    ] = _GRADE.angle_random_walk
+    velocity_random_walk: Annotated[
+        float,
+        non_negative_quantity("m/s^1.5", examples=("10 ug/sqrt(Hz)",)),
+        Field(description="noise of the accelerometers, a density"),
+    ] = _GRADE.velocity_random_walk
 
     @property
     def grade(self) -> SensorGrade:

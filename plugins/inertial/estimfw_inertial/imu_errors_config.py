@@ -22,39 +22,80 @@ from estimfw_inertial.imu_grades import GRADES
 __all__ = ["AccelErrorsConfig", "GyroErrorsConfig", "ImuErrorsConfig", "imu_errors"]
 
 _Three = tuple[float, float, float]
-_Time = Annotated[_Three, positive_quantity_vector("s", 3, examples=("300 s",))]
-_Scale = Annotated[_Three, quantity_vector("1", 3, examples=("100 ppm",))]
-_ScaleSigma = Annotated[_Three, non_negative_quantity_vector("1", 3, examples=("100 ppm",))]
 
 
 class GyroErrorsConfig(Settings):
     """Errors of the gyros, one figure for all axes or one for each; what is left out is that of the grade."""
 
-    bias: Annotated[_Three, quantity_vector("rad/s", 3, examples=("0.01 deg/h",))] | None = None
-    bias_sigma: Annotated[_Three, non_negative_quantity_vector("rad/s", 3, examples=("0.01 deg/h",))] | None = None
-    random_walk: (
-        Annotated[_Three, non_negative_quantity_vector("rad/sqrt(s)", 3, examples=("0.001 deg/sqrt(h)",))] | None
-    ) = None
-    markov_sigma: Annotated[_Three, non_negative_quantity_vector("rad/s", 3, examples=("0.3 deg/h",))] | None = None
-    markov_time: _Time | None = None
-    scale_factor: _Scale | None = None
-    scale_factor_sigma: _ScaleSigma | None = None
-    quantum: Annotated[_Three, non_negative_quantity_vector("rad", 3, examples=("0.1 arcsec",))] | None = None
+    bias: Annotated[
+        Annotated[_Three, quantity_vector("rad/s", 3, examples=("0.01 deg/h",))] | None,
+        Field(description="a known bias, measured minus true"),
+    ] = None
+    bias_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("rad/s", 3, examples=("0.01 deg/h",))] | None,
+        Field(description="one sigma of a bias that is drawn for each run"),
+    ] = None
+    random_walk: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("rad/sqrt(s)", 3, examples=("0.001 deg/sqrt(h)",))] | None,
+        Field(description="white noise, a density"),
+    ] = None
+    markov_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("rad/s", 3, examples=("0.3 deg/h",))] | None,
+        Field(description="one sigma of a drift of the bias (first-order Gauss-Markov)"),
+    ] = None
+    markov_time: Annotated[
+        Annotated[_Three, positive_quantity_vector("s", 3, examples=("300 s",))] | None,
+        Field(description="correlation time of that drift"),
+    ] = None
+    scale_factor: Annotated[
+        Annotated[_Three, quantity_vector("1", 3, examples=("100 ppm",))] | None,
+        Field(description="a known error of the scale factor"),
+    ] = None
+    scale_factor_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("1", 3, examples=("100 ppm",))] | None,
+        Field(description="one sigma of one that is drawn for each run"),
+    ] = None
+    quantum: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("rad", 3, examples=("0.1 arcsec",))] | None,
+        Field(description="resolution of an increment; 0: none"),
+    ] = None
 
 
 class AccelErrorsConfig(Settings):
     """Errors of the accelerometers, one figure for all axes or one for each; what is left out is that of the grade."""
 
-    bias: Annotated[_Three, quantity_vector("m/s^2", 3, examples=("100 ug",))] | None = None
-    bias_sigma: Annotated[_Three, non_negative_quantity_vector("m/s^2", 3, examples=("100 ug",))] | None = None
-    random_walk: (
-        Annotated[_Three, non_negative_quantity_vector("m/s/sqrt(s)", 3, examples=("10 ug/sqrt(Hz)",))] | None
-    ) = None
-    markov_sigma: Annotated[_Three, non_negative_quantity_vector("m/s^2", 3, examples=("50 ug",))] | None = None
-    markov_time: _Time | None = None
-    scale_factor: _Scale | None = None
-    scale_factor_sigma: _ScaleSigma | None = None
-    quantum: Annotated[_Three, non_negative_quantity_vector("m/s", 3, examples=("1.2 mm/s",))] | None = None
+    bias: Annotated[
+        Annotated[_Three, quantity_vector("m/s^2", 3, examples=("100 ug",))] | None,
+        Field(description="a known bias, measured minus true"),
+    ] = None
+    bias_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("m/s^2", 3, examples=("100 ug",))] | None,
+        Field(description="one sigma of a bias that is drawn for each run"),
+    ] = None
+    random_walk: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("m/s/sqrt(s)", 3, examples=("10 ug/sqrt(Hz)",))] | None,
+        Field(description="white noise, a density"),
+    ] = None
+    markov_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("m/s^2", 3, examples=("50 ug",))] | None,
+        Field(description="one sigma of a drift of the bias (first-order Gauss-Markov)"),
+    ] = None
+    markov_time: Annotated[
+        Annotated[_Three, positive_quantity_vector("s", 3, examples=("300 s",))] | None,
+        Field(description="correlation time of that drift"),
+    ] = None
+    scale_factor: Annotated[
+        Annotated[_Three, quantity_vector("1", 3, examples=("100 ppm",))] | None,
+        Field(description="a known error of the scale factor"),
+    ] = None
+    scale_factor_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("1", 3, examples=("100 ppm",))] | None,
+        Field(description="one sigma of one that is drawn for each run"),
+    ] = None
+    quantum: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("m/s", 3, examples=("1.2 mm/s",))] | None,
+        Field(description="resolution of an increment; 0: none"),
+    ] = None
 
 
 class ImuErrorsConfig(Settings):
@@ -64,8 +105,8 @@ class ImuErrorsConfig(Settings):
         Literal["navigation", "ring_laser", "tactical", "industrial"] | None,
         Field(description="typical errors of a class"),
     ] = None
-    gyro: GyroErrorsConfig = GyroErrorsConfig()
-    accel: AccelErrorsConfig = AccelErrorsConfig()
+    gyro: Annotated[GyroErrorsConfig, Field(description="in place of the grade's")] = GyroErrorsConfig()
+    accel: Annotated[AccelErrorsConfig, Field(description="in place of the grade's")] = AccelErrorsConfig()
 
 
 def imu_errors(cfg: ImuErrorsConfig) -> ImuErrors:

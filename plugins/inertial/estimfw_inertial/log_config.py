@@ -50,16 +50,12 @@ class ImuLogConfig(Settings):
     ] = "auto"
     first_sample: Annotated[PositiveInt | None, Field(description="first row used, counted from 1")] = None
     last_sample: Annotated[PositiveInt | None, Field(description="last row used, counted from 1, included")] = None
-    start: Annotated[float, quantity("s"), Field(description="rows after this instant")] | None = None
-    stop: Annotated[float, quantity("s"), Field(description="rows up to this instant")] | None = None
-    rate: (
-        Annotated[
-            float,
-            positive_quantity("Hz", examples=("100 Hz",)),
-            Field(description="sampling rate; default: what the file says, else the median step of the time stamps"),
-        ]
-        | None
-    ) = None
+    start: Annotated[Annotated[float, quantity("s")] | None, Field(description="rows after this instant")] = None
+    stop: Annotated[Annotated[float, quantity("s")] | None, Field(description="rows up to this instant")] = None
+    rate: Annotated[
+        Annotated[float, positive_quantity("Hz", examples=("100 Hz",))] | None,
+        Field(description="sampling rate; default: what the file says, else the median step of the time stamps"),
+    ] = None
     columns: Annotated[ColumnsConfig, Field(description="names of the columns (CSV)")] = ColumnsConfig()
     units: Annotated[UnitsConfig, Field(description="units of the columns (CSV)")] = UnitsConfig()
     values: Annotated[Values, Field(description="integrals over each interval, or means over it (CSV)")] = "increment"

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from estimfw.config.types import Settings, quantity
 from estimfw.data.record import Stream
@@ -23,9 +24,11 @@ _ANGLE = quantity("rad", minimum="-360 deg", maximum="360 deg", examples=("90 de
 class MountingConfig(Settings):
     """Yaw, pitch and roll of the case against the vehicle; all 0: the axes of the case are the vehicle's."""
 
-    yaw: Annotated[float, _ANGLE] = 0.0
-    pitch: Annotated[float, _ANGLE] = 0.0
-    roll: Annotated[float, _ANGLE] = 0.0
+    yaw: Annotated[
+        float, _ANGLE, Field(description="of the case, counter-clockwise from the vehicle's forward axis")
+    ] = 0.0
+    pitch: Annotated[float, _ANGLE, Field(description="of the case; its forward axis up is positive")] = 0.0
+    roll: Annotated[float, _ANGLE, Field(description="of the case; its right side down is positive")] = 0.0
 
 
 @dataclass(frozen=True, slots=True)

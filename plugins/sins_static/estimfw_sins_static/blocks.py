@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from estimfw_inertial.frames import BODY, NAVIGATION
+from pydantic import Field
 
 from estimfw.config.types import Settings, Site, non_negative_quantity_vector, quantity_vector
 from estimfw.model.frame import Frame
@@ -25,37 +26,41 @@ __all__ = [
     "velocity_error",
 ]
 
+_Three = tuple[float, float, float]
+_SIGMA = "one sigma at the start, for all axes or for each (E, N, U or right, forward, up)"
+_MEAN = "expected value at the start, for all axes or for each"
+
 
 class VelocityErrorConfig(Settings):
     """dV = mechanized velocity minus true velocity, in n."""
 
     kind: Literal["sins_static.velocity_error"]
-    sigma: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s", 3)]
-    mean: Annotated[tuple[float, float, float], quantity_vector("m/s", 3)] = (0.0,) * 3
+    sigma: Annotated[_Three, non_negative_quantity_vector("m/s", 3), Field(description=_SIGMA)]
+    mean: Annotated[_Three, quantity_vector("m/s", 3), Field(description=_MEAN)] = (0.0,) * 3
 
 
 class AttitudeErrorConfig(Settings):
     """phi, the rotation vector with computed C_bn = exp(-[phi x]) C_bn, in n."""
 
     kind: Literal["sins_static.attitude_error"]
-    sigma: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad", 3)]
-    mean: Annotated[tuple[float, float, float], quantity_vector("rad", 3)] = (0.0,) * 3
+    sigma: Annotated[_Three, non_negative_quantity_vector("rad", 3), Field(description=_SIGMA)]
+    mean: Annotated[_Three, quantity_vector("rad", 3), Field(description=_MEAN)] = (0.0,) * 3
 
 
 class AccelBiasConfig(Settings):
     """Accelerometer bias, measured minus true, constant, in b."""
 
     kind: Literal["sins_static.accel_bias"]
-    sigma: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s^2", 3)]
-    mean: Annotated[tuple[float, float, float], quantity_vector("m/s^2", 3)] = (0.0,) * 3
+    sigma: Annotated[_Three, non_negative_quantity_vector("m/s^2", 3), Field(description=_SIGMA)]
+    mean: Annotated[_Three, quantity_vector("m/s^2", 3), Field(description=_MEAN)] = (0.0,) * 3
 
 
 class GyroBiasConfig(Settings):
     """Gyro bias, measured minus true, constant, in b."""
 
     kind: Literal["sins_static.gyro_bias"]
-    sigma: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad/s", 3)]
-    mean: Annotated[tuple[float, float, float], quantity_vector("rad/s", 3)] = (0.0,) * 3
+    sigma: Annotated[_Three, non_negative_quantity_vector("rad/s", 3), Field(description=_SIGMA)]
+    mean: Annotated[_Three, quantity_vector("rad/s", 3), Field(description=_MEAN)] = (0.0,) * 3
 
 
 def _parts(

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 from scipy.ndimage import label as runs_of
 
 from estimfw.config.types import Settings, Site, positive_quantity
@@ -28,10 +29,19 @@ class MotionConfig(Settings):
     """What counts as motion, and what to do: ``flag`` it, ``stop`` the run before it, or ``restart`` after it."""
 
     kind: Literal["sins_static.motion"]
-    action: Literal["flag", "stop", "restart"] = "flag"
-    window: Annotated[float, positive_quantity("s")] = 1.0
-    rate: Annotated[float, positive_quantity("rad/s")] = 0.5 * DEGREE
-    acceleration: Annotated[float, positive_quantity("m/s^2")] = 0.2
+    action: Annotated[
+        Literal["flag", "stop", "restart"],
+        Field(description="flag it in the result, end the run before it, or begin anew after it"),
+    ] = "flag"
+    window: Annotated[float, positive_quantity("s"), Field(description="time over which rows are averaged")] = 1.0
+    rate: Annotated[
+        float, positive_quantity("rad/s", examples=("0.5 deg/s",)), Field(description="a faster mean rate is motion")
+    ] = 0.5 * DEGREE
+    acceleration: Annotated[
+        float,
+        positive_quantity("m/s^2", examples=("0.2 m/s^2", "20 mg")),
+        Field(description="a mean specific force that differs by more from that of the vehicle at rest is motion"),
+    ] = 0.2
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from estimfw_inertial.frames import BODY, NAVIGATION
+from pydantic import Field
 
 from estimfw.config.types import Settings, non_negative_quantity_vector
 from estimfw.model.coefficient import Coefficient, identity, skew
@@ -18,12 +19,20 @@ class PhiAngleConfig(Settings):
     """The phi-angle model over the named blocks; terms of blocks that are not there are left out."""
 
     kind: Literal["sins_static.phi_angle"]
-    gyro_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad/sqrt(s)", 3)]
-    accel_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s/sqrt(s)", 3)]
-    velocity: str = "velocity_error"
-    attitude: str = "attitude_error"
-    accel_bias: str = "accel_bias"
-    gyro_bias: str = "gyro_bias"
+    gyro_noise: Annotated[
+        tuple[float, float, float],
+        non_negative_quantity_vector("rad/sqrt(s)", 3, examples=("0.001 deg/sqrt(h)",)),
+        Field(description="angle random walk, a density, for all axes or for each"),
+    ]
+    accel_noise: Annotated[
+        tuple[float, float, float],
+        non_negative_quantity_vector("m/s/sqrt(s)", 3, examples=("10 ug/sqrt(Hz)",)),
+        Field(description="velocity random walk, a density, for all axes or for each"),
+    ]
+    velocity: Annotated[str, Field(description="name of the block of the velocity error")] = "velocity_error"
+    attitude: Annotated[str, Field(description="name of the block of the attitude error")] = "attitude_error"
+    accel_bias: Annotated[str, Field(description="name of the block of the accelerometer biases")] = "accel_bias"
+    gyro_bias: Annotated[str, Field(description="name of the block of the gyro biases")] = "gyro_bias"
 
 
 def phi_angle(name: str, cfg: PhiAngleConfig, context: Any) -> ProcessParts:

@@ -70,8 +70,7 @@ def remove_coriolis(cfg: RemoveCoriolisConfig) -> Policy:
 
 def bias_in_navigation_frame(cfg: BiasInNavigationFrameConfig) -> Policy:
     steps = [step for block in cfg.blocks for step in (ExpressInFrame(block, "n"), DropFrameRotation(block))]
-    condition = "exact on a base that does not turn: the biases then are constant in n too"
-    return Sequential("sins_static.bias_in_navigation_frame", tuple(steps), condition)
+    return Sequential("sins_static.bias_in_navigation_frame", tuple(steps))
 
 
 def remove_vertical_channel(cfg: RemoveVerticalChannelConfig) -> Policy:

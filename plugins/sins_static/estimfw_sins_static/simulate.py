@@ -42,6 +42,7 @@ __all__ = ["SimulateConfig", "Simulation", "simulate"]
 FloatArray = NDArray[np.float64]
 DEGREE = np.pi / 180.0
 STANDARD_GRAVITY = 9.80665
+_Three = tuple[float, float, float]
 #: The fields that ``imu`` stands for, and where it has them.
 _INSTEAD = {
     "gyro_bias": "gyro: {bias: ...}",
@@ -54,8 +55,8 @@ _INSTEAD = {
 class SwayConfig(Settings):
     """Sinusoidal sway about E, N, U: amplitude and period of each."""
 
-    amplitude: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad", 3)]
-    period: Annotated[float, positive_quantity("s")] = 8.0
+    amplitude: Annotated[_Three, non_negative_quantity_vector("rad", 3), Field(description="about E, N, U")]
+    period: Annotated[float, positive_quantity("s"), Field(description="of the sinus")] = 8.0
 
 
 class SimulateConfig(Settings):
@@ -66,22 +67,41 @@ class SimulateConfig(Settings):
     """
 
     kind: Literal["sins_static.simulate"]
-    duration: Annotated[float, positive_quantity("s")] = 600.0
-    rate: Annotated[float, positive_quantity("Hz")] = 1.0
-    misalignment: Annotated[tuple[float, float, float], quantity_vector("rad", 3)] = (0.0,) * 3
-    noise: bool = True
-    seed: int = 1
-    gyro_bias: Annotated[tuple[float, float, float], quantity_vector("rad/s", 3)] = (0.01 * DEGREE / 3600.0,) * 3
-    accel_bias: Annotated[tuple[float, float, float], quantity_vector("m/s^2", 3)] = (100e-6 * STANDARD_GRAVITY,) * 3
-    gyro_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("rad/sqrt(s)", 3)] = (
-        0.001 * DEGREE / 60.0,
+    duration: Annotated[float, positive_quantity("s"), Field(description="length of the record")] = 600.0
+    rate: Annotated[float, positive_quantity("Hz"), Field(description="samples of the IMU a second")] = 1.0
+    misalignment: Annotated[
+        _Three,
+        quantity_vector("rad", 3),
+        Field(description="rotation vector phi about E, N, U; the filter starts at exp(-[phi x]) C_bn"),
+    ] = (0.0,) * 3
+    noise: Annotated[bool, Field(description="false: no white noises; the biases stay")] = True
+    seed: Annotated[int, Field(description="of the noises, and of what a grade draws")] = 1
+    gyro_bias: Annotated[_Three, quantity_vector("rad/s", 3), Field(description="of all axes or of each, in b")] = (
+        0.01 * DEGREE / 3600.0,
     ) * 3
-    accel_noise: Annotated[tuple[float, float, float], non_negative_quantity_vector("m/s/sqrt(s)", 3)] = (
-        10e-6 * STANDARD_GRAVITY,
+    accel_bias: Annotated[_Three, quantity_vector("m/s^2", 3), Field(description="of all axes or of each, in b")] = (
+        100e-6 * STANDARD_GRAVITY,
     ) * 3
-    imu: Annotated[ImuErrorsConfig | None, Field(description="errors of the sensors, by grade or figure")] = None
-    velocity_noise: Annotated[float, non_negative_quantity("m/s")] = 0.0
-    sway: SwayConfig | None = None
+    gyro_noise: Annotated[
+        _Three,
+        non_negative_quantity_vector("rad/sqrt(s)", 3, examples=("0.001 deg/sqrt(h)",)),
+        Field(description="angle random walk"),
+    ] = (0.001 * DEGREE / 60.0,) * 3
+    accel_noise: Annotated[
+        _Three,
+        non_negative_quantity_vector("m/s/sqrt(s)", 3, examples=("10 ug/sqrt(Hz)",)),
+        Field(description="velocity random walk"),
+    ] = (10e-6 * STANDARD_GRAVITY,) * 3
+    imu: Annotated[
+        ImuErrorsConfig | None,
+        Field(description="errors of the sensors by grade or figure, in place of the biases and noises above"),
+    ] = None
+    velocity_noise: Annotated[
+        float,
+        non_negative_quantity("m/s"),
+        Field(description="of the stream velocity_reference, which is there if this is not 0"),
+    ] = 0.0
+    sway: Annotated[SwayConfig | None, Field(description="how the base sways; it stands still if left out")] = None
 
 
 @dataclass(frozen=True, slots=True)

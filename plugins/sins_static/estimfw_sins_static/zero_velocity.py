@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from estimfw_inertial.frames import NAVIGATION
+from pydantic import Field
 
 from estimfw.config.types import NoiseLevel, Settings, noise, positive_quantity
 from estimfw.model.coefficient import identity, vector
@@ -21,11 +22,17 @@ class ZeroVelocityConfig(Settings):
     """
 
     kind: Literal["sins_static.zero_velocity"]
-    noise: Annotated[NoiseLevel, noise("m/s")]
-    every: Annotated[float, positive_quantity("s")] | None = None
-    velocity: str = "velocity_error"
-    reference: str | None = None
-    perfect: bool = False
+    noise: Annotated[
+        NoiseLevel, noise("m/s"), Field(description="per measurement (0.1 m/s), or a density (0.1 m/s/sqrt(Hz))")
+    ]
+    every: Annotated[
+        Annotated[float, positive_quantity("s")] | None, Field(description="interval; each step if left out")
+    ] = None
+    velocity: Annotated[str, Field(description="name of the block of the velocity error")] = "velocity_error"
+    reference: Annotated[
+        str | None, Field(description="stream with the columns E, N, U (m/s) to compare with instead of zero")
+    ] = None
+    perfect: Annotated[bool, Field(description="whether a noise of 0 is meant")] = False
 
 
 def zero_velocity(name: str, cfg: ZeroVelocityConfig, context: Any) -> Measurement:
