@@ -75,7 +75,7 @@ class Change:
         return tuple(s for s, kept in zip(self.before, live, strict=True) if not kept)
 
     def as_json(self) -> dict[str, object]:
-        """For explain, results and reports."""
+        """For explain, results and reports; the steps that it is made of are changes too."""
         first = self.measures[0] if self.measures else None
         return {
             "label": self.policy,
@@ -90,6 +90,7 @@ class Change:
             "number": {"value": first.value, "unit": first.unit, "text": str(first)} if first else None,
             "measures": [{"name": m.name, "value": m.value, "unit": m.unit} for m in self.measures],
             "text": self.condition + ("; " + ", ".join(str(m) for m in self.measures) if self.measures else ""),
+            "steps": [step.as_json() for step in self.steps],
         }
 
 

@@ -37,17 +37,20 @@ class DropFrameRotation:
         label = frame_rotation_label(self.block)
         after = model.with_parts(terms=tuple(t for t in model.terms if t.label != label))
         if after.terms == model.terms:
-            return model, compare(self.label, "exact", model, model, "the frames do not turn against each other")
+            return model, compare(self.label, "exact", model, model, "nothing turns: the term is not there")
         block = model.block(self.block)
+        old, new = block.declared_frame, block.frame
         at = model.offsets[self.block]
         sigma = np.sqrt(np.diag(model.prior.evaluate(reference)[1]))[at : at + len(block.axes)].max()
-        names = [turn_name(str(frame)) for frame in (block.declared_frame, block.frame)]
+        names = [turn_name(str(frame)) for frame in (old, new)]
         angle = next((reference[name] for name in names if name in reference), None)
         if angle is None:
             measure = Measure(f"drift of {self.block} per degree of turn", float(sigma * np.pi / 180.0), block.unit)
-            condition = "the frames do not turn against each other (the record decides)"
+            condition = f"right if {old} and {new} do not turn against each other, which only the record can tell"
         else:
             measure = Measure(f"drift of {self.block}", float(sigma * angle), block.unit)
-            condition = f"the frames turn by at most {np.rad2deg(float(angle)):.3g} deg against each other"
+            turn = f"turn by at most {np.rad2deg(float(angle)):.3g} deg" if angle else "do not turn"
+            then = "drifts" if angle else "is constant"
+            condition = f"{old} and {new} {turn} against each other: what is constant in {old} {then} in {new}"
         kind: ChangeKind = "exact" if angle is not None and float(angle) == 0.0 else "approximate"
         return after, compare(self.label, kind, model, after, condition, measures=(measure,))

@@ -22,14 +22,14 @@ class Sequential:
     name : str
     steps : tuple of Policy
     condition : str
-        When the whole is true.
+        When the whole is true; empty: what those steps say that decide the kind of the whole.
     kind : str or None
         None: the worst kind of the steps.
     """
 
     name: str
     steps: tuple[Policy, ...]
-    condition: str
+    condition: str = ""
     kind: ChangeKind | None = None
 
     @property
@@ -44,12 +44,13 @@ class Sequential:
         for change in changes:
             total = change.map if total is None else change.map @ total
         measures = tuple(m for c in changes for m in c.measures)
+        told = dict.fromkeys(c.condition for c in changes if c.kind == worst)
         change = compare(
             self.name,
             self.kind or worst,
             model,
             after,
-            self.condition,
+            self.condition or "; ".join(told),
             map=total,
             measures=measures,
             steps=tuple(changes),

@@ -71,11 +71,17 @@ def test_biases_in_n_drift_on_a_swaying_base_and_the_change_says_by_how_much(com
     assert said["drift of accel_bias"] / said["drift of gyro_bias"] == pytest.approx(
         100e-6 * 9.80665 / GYRO_SIGMA, rel=1e-12
     )
-    assert "4.58 deg" in change.steps[1].condition  # twice the length of the amplitude
+    turned = "b and n turn by at most 4.58 deg against each other: what is constant in b drifts in n"
+    assert change.condition == turned  # twice the length of the amplitude
+    told = change.as_json()
+    assert str(told["text"]).startswith(turned)
+    assert told["steps"] == [step.as_json() for step in change.steps]
 
 
 def test_a_base_at_rest_pays_nothing(composed: Compose) -> None:
-    assert composed("static_12", IN_N).changes[1].kind == "exact"
+    change = composed("static_12", IN_N).changes[1]
+    assert change.kind == "exact"
+    assert change.condition.endswith("b and n do not turn against each other: what is constant in b is constant in n")
 
 
 def test_a_record_of_unknown_motion_is_priced_by_the_degree(composed: Compose) -> None:
@@ -83,6 +89,7 @@ def test_a_record_of_unknown_motion_is_priced_by_the_degree(composed: Compose) -
     change = problem.changes[1]
     assert change.kind == "approximate"
     assert change.measures[1].name == "drift of gyro_bias per degree of turn"
+    assert change.condition == "right if b and n do not turn against each other, which only the record can tell"
 
 
 def test_the_rotation_stays_as_a_term_unless_it_is_dropped(composed: Compose) -> None:
