@@ -21,7 +21,7 @@ def command(config: Path, overrides: tuple[str, ...], as_json: bool, latex: bool
     if latex:
         from estimfw.report.latex import model_latex
 
-        click.echo(model_latex(problem.model))
+        click.echo(model_latex(problem.model, problem.plan.layout))
     elif as_json:
         from estimfw.report.explain import explain_json
 

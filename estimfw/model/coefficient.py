@@ -34,7 +34,8 @@ class Coefficient:
     entries : tuple of (row, column, polynomial)
         Sorted, without zeros. Two coefficients are equal when these are.
     form : str
-        LaTeX of the expression it was built from; not part of equality.
+        LaTeX of the expression it was built from, ``<f_n>`` standing for the symbol of the variable ``f_n``; not part of
+        equality.
     """
 
     shape: tuple[int, int]
@@ -212,19 +213,19 @@ def identity(size: int = 3) -> Coefficient:
 
 def scalar(name: str) -> Coefficient:
     """A scalar variable of the nominal as a 1x1 coefficient."""
-    return Coefficient((1, 1), ((0, 0, ((1.0, ((name, ()),)),)),), symbol(name))
+    return Coefficient((1, 1), ((0, 0, ((1.0, ((name, ()),)),)),), f"<{name}>")
 
 
 def vector(name: str, size: int = 3) -> Coefficient:
     """A vector variable of the nominal as a column."""
-    return Coefficient((size, 1), tuple((i, 0, ((1.0, ((name, (i,)),)),)) for i in range(size)), symbol(name))
+    return Coefficient((size, 1), tuple((i, 0, ((1.0, ((name, (i,)),)),)) for i in range(size)), f"<{name}>")
 
 
 def matrix(name: str, shape: tuple[int, int] = (3, 3)) -> Coefficient:
     """A matrix variable of the nominal."""
     rows, columns = shape
     entries = tuple((i, j, ((1.0, ((name, (i, j)),)),)) for i in range(rows) for j in range(columns))
-    return Coefficient(shape, entries, symbol(name))
+    return Coefficient(shape, entries, f"<{name}>")
 
 
 def skew(name: str | Sequence[float]) -> Coefficient:
@@ -238,20 +239,3 @@ def skew(name: str | Sequence[float]) -> Coefficient:
     ]
     inner = source.form or ", ".join(f"{x:g}" for x in ([] if isinstance(name, str) else name))
     return _collect((3, 3), entries, f"[{inner}\\times]")
-
-
-def symbol(name: str) -> str:
-    """LaTeX of a variable's name: ``C_bn`` is C_b^n, ``earth_rate_n`` is omega_ie^n."""
-    known = {
-        "earth_rate_n": r"\omega_{ie}^{n}", "transport_rate_n": r"\omega_{en}^{n}", "omega_nb_n": r"\omega_{nb}^{n}",
-        "gravity": "g",
-    }  # fmt: skip
-    if name in known:
-        return known[name]
-    head, _, tail = name.rpartition("_")
-    if not head:
-        return name if len(name) == 1 else rf"\mathrm{{{name}}}"
-    if len(head) == 1 and len(tail) == 2:
-        return f"{head}_{{{tail[0]}}}^{{{tail[1]}}}"
-    base = head if len(head) == 1 else rf"\mathrm{{{head.replace('_', ' ')}}}"
-    return f"{base}^{{{tail}}}" if len(tail) == 1 else f"{base}_{{{tail}}}"

@@ -106,7 +106,7 @@ def held_variables(
         held = tuple(_held(need, known) for need in d.needs if need in names)
         if not held or d.name in names:
             continue
-        twin = replace(d, name=f"fixed.{d.name}", held=held)
+        twin = replace(d, name=f"fixed.{d.name}", latex="", held=held)
         if twin.reads:
             twins.append(twin)
             known |= {(d.name, i): ((1.0, ((twin.name, i),)),) for i in np.ndindex(*d.shape)}
