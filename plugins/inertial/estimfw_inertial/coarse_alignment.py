@@ -58,4 +58,5 @@ class CoarseAlignment:
         """
         window = window_at_start(record, self._settings.duration)
         found = self._estimate(window.time, window.dtheta, window.dvel, self._place, self._settings.grade)
-        return start_from(found, f"{self._name} over {window.duration:g} s", self._place)
+        begin = float(window.time[0]) - window.period
+        return start_from(found, f"{self._name} over {window.duration:g} s", begin, self._place)

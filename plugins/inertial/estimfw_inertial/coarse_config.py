@@ -8,9 +8,11 @@ import numpy as np
 from pydantic import Field
 
 from estimfw.config.types import Settings, non_negative_quantity, positive_quantity
+from estimfw.data.record import Event
 from estimfw.model.nominal import InitialNominal
 from estimfw_inertial.coarse_window import pole_events
 from estimfw_inertial.place import Place
+from estimfw_inertial.rotation import euler_angles, euler_jacobian
 from estimfw_inertial.sensor_grade import SensorGrade
 from estimfw_inertial.standing_attitude import StandingAttitude
 
@@ -47,16 +49,37 @@ class CoarseConfig(Settings):
         return SensorGrade(self.gyro_bias, self.accel_bias, self.angle_random_walk, self.velocity_random_walk)
 
 
-def start_from(found: StandingAttitude, source: str, place: Place) -> InitialNominal:
-    """The start that a filter takes over: attitude, zero velocity, covariance, instant."""
+def start_from(found: StandingAttitude, source: str, begin: float, place: Place) -> InitialNominal:
+    """The start that a filter takes over: attitude, zero velocity, covariance, instant; and an event that tells it.
+
+    Parameters
+    ----------
+    found : StandingAttitude
+    source : str
+        How it was found, for people.
+    begin : float, s
+        Where the window begins.
+    place : Place
+    """
     return InitialNominal(
         values={"C_bn": found.C_bn, "velocity_n": np.zeros(3)},
         covariance={"attitude": found.covariance},
         shares={"attitude": found.shares},
         time=found.time,
         source=source,
-        events=pole_events(place),
+        events=(_start_event(found, source, begin), *pole_events(place)),
     )
+
+
+def _start_event(found: StandingAttitude, source: str, begin: float) -> Event:
+    angles = np.degrees(euler_angles(found.C_bn))
+    to_angles = np.degrees(euler_jacobian(found.C_bn))
+    sigmas = np.sqrt(np.diag(to_angles @ found.covariance @ to_angles.T))
+    told = ", ".join(
+        f"{name} {angle:.4f} +- {sigma:.2g} deg"
+        for name, angle, sigma in zip(("yaw", "pitch", "roll"), angles, sigmas, strict=True)
+    )
+    return Event(found.time, "coarse alignment", "start", f"{source}, {begin:g} to {found.time:g} s: {told}")
 
 
 def identity_start() -> InitialNominal:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["attitude_matrix", "euler_angles", "exponential", "heading_of", "skew", "wrapped"]
+__all__ = ["attitude_matrix", "euler_angles", "euler_jacobian", "exponential", "heading_of", "skew", "wrapped"]
 
 FloatArray = NDArray[np.float64]
 
@@ -62,6 +62,26 @@ def euler_angles(C_bn: ArrayLike) -> FloatArray:
     pitch = np.arctan2(C[..., 2, 1], np.hypot(C[..., 0, 1], C[..., 1, 1]))
     roll = np.arctan2(-C[..., 2, 0], C[..., 2, 2])
     return np.stack([yaw, pitch, roll], axis=-1)
+
+
+def euler_jacobian(C_bn: ArrayLike) -> FloatArray:
+    """d(yaw, pitch, roll)/d(phi), (..., 3, 3), of C_bn (..., 3, 3) turned by a small phi in n from the left.
+
+    With dC = [phi x] C and c^2 = C01^2 + C11^2 = 1 - C21^2::
+
+        d yaw   = phi_U - C21 (C01 phi_E + C11 phi_N) / c^2
+        d pitch = (C11 phi_E - C01 phi_N) / c
+        d roll  = (C01 phi_E + C11 phi_N) / c^2
+    """
+    C = np.asarray(C_bn, dtype=float)
+    c01, c11, c21 = C[..., 0, 1], C[..., 1, 1], C[..., 2, 1]
+    c2 = np.maximum(c01**2 + c11**2, 1e-12)
+    c = np.sqrt(c2)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    yaw = np.stack([-c21 * c01 / c2, -c21 * c11 / c2, one], axis=-1)
+    pitch = np.stack([c11 / c, -c01 / c, zero], axis=-1)
+    roll = np.stack([c01 / c2, c11 / c2, zero], axis=-1)
+    return np.stack([yaw, pitch, roll], axis=-2)
 
 
 def heading_of(yaw: ArrayLike) -> FloatArray:

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from estimfw_inertial import compiled
-from estimfw_inertial.rotation import attitude_matrix, euler_angles, exponential, heading_of, skew, wrapped
+from estimfw_inertial.rotation import (
+    attitude_matrix,
+    euler_angles,
+    euler_jacobian,
+    exponential,
+    heading_of,
+    skew,
+    wrapped,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -74,3 +82,12 @@ def test_leading_axes_equal_loops() -> None:
         assert pytest.approx(exponential(v[i]), abs=1e-16) == C[i]
         assert np.array_equal(angles[i], attitude_matrix(v[i][0], v[i][1] / 3.0, v[i][2]))
         assert euler_angles(angles[i]) == pytest.approx(euler_angles(angles)[i], abs=1e-15)
+
+
+@pytest.mark.parametrize("angles", [(0.0, 0.0, 0.0), (0.6, 0.9, -0.4), (-3.0, -0.2, 2.9)])
+def test_the_jacobian_of_the_angles_is_that_of_finite_differences(angles: tuple[float, float, float]) -> None:
+    C, size = attitude_matrix(*angles), 1e-6
+    for axis in range(3):
+        phi = size * np.eye(3)[axis]
+        slope = wrapped(euler_angles(exponential(phi) @ C) - euler_angles(exponential(-phi) @ C)) / (2.0 * size)
+        assert euler_jacobian(C)[:, axis] == pytest.approx(slope, abs=1e-8)

@@ -4,11 +4,7 @@ With R = exp([phi x]) C_bn and R = Rz(yaw) Rx(pitch) Ry(roll)::
 
     yaw = atan2(-R01, R11), pitch = asin(R21), roll = atan2(-R20, R22), heading = -yaw
 
-Its Jacobian to phi (a small rotation from the left, dR = [phi x] R), with c^2 = R01^2 + R11^2 = 1 - R21^2::
-
-    d yaw   = phi_U - R21 (R01 phi_E + R11 phi_N) / c^2
-    d pitch = (R11 phi_E - R01 phi_N) / c
-    d roll  = (R01 phi_E + R11 phi_N) / c^2
+Its Jacobian to phi is `estimfw_inertial.rotation.euler_jacobian`.
 """
 
 from __future__ import annotations
@@ -16,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from estimfw_inertial.rotation import euler_jacobian
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -44,14 +41,8 @@ def attitude_value(estimates: Mapping[str, FloatArray], nominal: Mapping[str, Fl
 
 def attitude_jacobian(C_bn: FloatArray) -> FloatArray:
     """d(yaw, pitch, roll, heading)/d(phi), (..., 4, 3)."""
-    r01, r11, r21 = C_bn[..., 0, 1], C_bn[..., 1, 1], C_bn[..., 2, 1]
-    c2 = np.maximum(r01**2 + r11**2, 1e-12)
-    c = np.sqrt(c2)
-    zero, one = np.zeros_like(c), np.ones_like(c)
-    yaw = np.stack([-r21 * r01 / c2, -r21 * r11 / c2, one], axis=-1)
-    pitch = np.stack([r11 / c, -r01 / c, zero], axis=-1)
-    roll = np.stack([r01 / c2, r11 / c2, zero], axis=-1)
-    return np.stack([yaw, pitch, roll, -yaw], axis=-2)
+    angles = euler_jacobian(C_bn)
+    return np.concatenate([angles, -angles[..., :1, :]], axis=-2)
 
 
 ATTITUDE_JACOBIAN = DerivedVariable("attitude_jacobian", (4, 3), ("C_bn",), attitude_jacobian)

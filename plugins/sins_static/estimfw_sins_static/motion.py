@@ -1,8 +1,8 @@
 """Does the vehicle stand? Windows of the record in which it turns or accelerates are flagged.
 
 A base that sways by tenths of a degree, or shakes, stands; one that drives off or is turned does not. Means over a window
-suppress vibration and quantisation: the mean rate against the limit, and the change of the mean specific force against the
-first window's.
+suppress vibration and quantisation: the mean rate against the limit, and the mean specific force against that of the vehicle
+at rest. It is at rest in the first stretch of ten windows that agree; in a record without one, where the most windows agree.
 """
 
 from __future__ import annotations
@@ -14,15 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from scipy.ndimage import label as runs_of
+from scipy.spatial import cKDTree
 
 from estimfw.config.types import Settings, Site, positive_quantity
 from estimfw.data.record import Event, Findings, Record, Stream
 from estimfw.errors import DataError
 
-__all__ = ["MotionConfig", "MotionMonitor", "motion"]
+__all__ = ["MotionConfig", "MotionMonitor", "force_at_rest", "motion"]
 
 FloatArray = NDArray[np.float64]
 DEGREE = np.pi / 180.0
+#: Windows in a row that agree: the vehicle is at rest.
+REST = 10
 
 
 class MotionConfig(Settings):
@@ -67,10 +70,8 @@ class MotionMonitor:
         if not len(rate):
             return Findings(())
         turning = np.linalg.norm(rate, axis=1) > self.cfg.rate
-        pushed = (
-            np.linalg.norm(force - np.median(force[: max(1, min(10, len(force)))], axis=0), axis=1)
-            > self.cfg.acceleration
-        )
+        rest = force_at_rest(force, turning, self.cfg.acceleration)
+        pushed = np.linalg.norm(force - rest, axis=1) > self.cfg.acceleration
         stretches, count = runs_of(turning | pushed)
         windows = [np.flatnonzero(np.asarray(stretches) == k) for k in range(1, count + 1)]
         events = tuple(self._event(w, ends, turning, pushed) for w in windows)
@@ -89,6 +90,32 @@ class MotionMonitor:
         )
         text = f"the vehicle {what} from {start:.1f} to {stop:.1f} s: not a static base"
         return Event(float(start), self.name, "motion", text, int(windows.size))
+
+
+def force_at_rest(force: FloatArray, turning: NDArray[np.bool_], limit: float) -> FloatArray:
+    """Mean specific force (3,) m/s^2 of the vehicle at rest.
+
+    Parameters
+    ----------
+    force : (W, 3) array, m/s^2
+        Means of windows; NaN where a window has no rows.
+    turning : (W,) array of bool
+        Windows that cannot be rest.
+    limit : float, m/s^2
+        Windows that differ by less agree.
+    """
+    still = force[~turning & np.isfinite(force).all(axis=1)]
+    if not len(still):
+        return np.asarray(force[0])
+    begin = 0
+    for k in range(len(still)):
+        if np.linalg.norm(still[k] - still[begin]) > limit:
+            begin = k
+        elif k - begin + 1 == REST:
+            return np.asarray(np.median(still[begin : k + 1], axis=0))
+    tree = cKDTree(still)
+    most = int(np.argmax(tree.query_ball_point(still, limit, return_length=True)))
+    return np.asarray(np.median(still[tree.query_ball_point(still[most], limit)], axis=0))
 
 
 def window_means(imu: Stream, window: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -75,6 +75,31 @@ def test_run_stops_before_the_motion(composed: Callable[..., Any]) -> None:
     assert "turns and accelerates" in done.events[0].text
 
 
+@pytest.mark.parametrize(
+    ("start", "stop", "duration"), [(2.0, 9.0, 30), (0.0, 8.0, 20), (1.0, 5.0, 12), (3.0, 7.0, 13)]
+)
+def test_motion_within_the_first_seconds_is_told_from_the_rest_of_a_short_record(
+    start: float, stop: float, duration: int, composed: Callable[..., Any]
+) -> None:
+    record = composed("static_7", f"source.duration={duration} s", "source.rate=10 Hz").source.load()
+    (event,) = (
+        MotionMonitor("base", MotionConfig(kind="sins_static.motion"))
+        .inspect(changed(record, start, stop, acceleration=0.5))
+        .events
+    )
+    assert (event.time, event.count) == (pytest.approx(start), int(stop - start))
+
+
+def test_vehicle_that_parks_on_a_slope_is_at_rest_where_it_stood_first(composed: Callable[..., Any]) -> None:
+    record = composed("static_7", "source.duration=100 s", "source.rate=10 Hz").source.load()
+    (event,) = (
+        MotionMonitor("base", MotionConfig(kind="sins_static.motion"))
+        .inspect(changed(record, 15.0, 100.0, acceleration=0.5))
+        .events
+    )
+    assert (event.time, event.count) == (pytest.approx(15.0), 85)
+
+
 def test_motion_from_the_first_second_leaves_nothing_to_run(composed: Callable[..., Any]) -> None:
     problem = watched(composed, "stop")
     with pytest.raises(DataError, match="stop before its first step") as caught:

@@ -117,5 +117,5 @@ def test_near_a_pole_there_is_a_warning() -> None:
         {"imu": Stream("imu", 0.01 * np.arange(1, 501, dtype=np.float64), values, tuple("abcdef"), "increment", 0.01)}
     )
     config = AveragingConfig.model_validate({"kind": "inertial.averaging", "duration": "5 s"})
-    (event,) = build_averaging(config, Site.model_validate({"latitude": "89.5 deg"})).find(record).events
+    _, event = build_averaging(config, Site.model_validate({"latitude": "89.5 deg"})).find(record).events
     assert event.kind == "near pole"

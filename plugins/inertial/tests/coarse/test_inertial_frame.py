@@ -166,6 +166,17 @@ def test_the_public_record_agrees_with_filters_over_the_same_five_minutes(laserg
     assert found.source == "inertial-frame alignment over 299 s"
 
 
+def test_the_start_that_was_found_is_told(lasergyro: Path) -> None:
+    found = aligned(lasergyro, "120 s")
+    (event,) = found.events
+    assert (event.source, event.kind, event.time) == ("coarse alignment", "start", found.time)
+    sigma = float(np.degrees(np.sqrt(found.covariance["attitude"][2, 2])))
+    assert event.text.startswith("inertial-frame alignment over 120 s, 0.99 to 120.99 s: yaw -90.")
+    assert f"+- {sigma:.2g} deg, pitch 0.8" in event.text  # level to a degree: the sigma of yaw is that of phi about Up
+    assert event.text.count(" deg") == 3
+    assert f"roll {np.degrees(euler_angles(found.values['C_bn'])[2]):.4f} +- " in event.text
+
+
 @pytest.mark.parametrize("duration", [60, 120])
 def test_shorter_windows_of_the_public_record_agree_within_their_sigma(lasergyro: Path, duration: int) -> None:
     short, long = aligned(lasergyro, f"{duration} s"), aligned(lasergyro, "299 s")
