@@ -8,6 +8,7 @@ DISTRIBUTIONS := -e . -e plugins/inertial -e plugins/sins_static
 
 $(VENV)/.installed: pyproject.toml plugins/inertial/pyproject.toml plugins/sins_static/pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "estimfw needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Try: make PYTHON=python3.12 demo")'
+	@echo "A virtual environment in $(VENV), with estimfw and its plugins: a minute or two ..."
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(DISTRIBUTIONS)
 	@touch $@
@@ -16,13 +17,19 @@ $(VENV)/.installed-dev: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' $(DISTRIBUTIONS)
 	@touch $@
 
-demo: $(VENV)/.installed  ## The main job: align a standing vehicle with the 7-state filter, and write the page
-	$(BIN)/estimfw run examples/static_7.yaml --output results/demo --force
+SITE := site={latitude: 34 deg, longitude: 75 deg, height: 100 m}
+
+demo: $(VENV)/.installed  ## The main job: the attitude of a standing vehicle from its IMU log, and the page that shows how it converged
+	@echo "A log of five minutes: an IMU at yaw 30, pitch 2, roll -1 deg, with biases and noise ..."
+	$(BIN)/estimfw simulate examples/static_12.yaml --set 'source.rate=100 Hz' --set 'source.duration=300 s' \
+	  --set 'initial_attitude={yaw: 30 deg, pitch: 2 deg, roll: -1 deg}' --format csv --output results/demo_log --force
+	@echo "... and its attitude, from the log alone (the first run compiles, for some 20 s):"
+	$(BIN)/estimfw run examples/imu_log.yaml --set source.file=results/demo_log/imu.csv --set '$(SITE)' --output results/demo --force
 	@echo
 	@echo "The page with all pictures:  results/demo/report.html"
 	@echo "The numbers, for xarray:     results/demo/result.nc"
-	@echo "What the filter is:          $(BIN)/estimfw explain examples/static_7.yaml"
-	@echo "On your own IMU log:         $(BIN)/estimfw run examples/lasergyro_12.yaml --set source.file=LOG"
+	@echo "On your own IMU log:         $(BIN)/estimfw run examples/imu_log.yaml --set source.file=LOG --set '$(SITE)'"
+	@echo "12 states reduced to 7:      $(BIN)/estimfw explain examples/static_7.yaml"
 
 test: $(VENV)/.installed-dev  ## The tests, without the long Monte Carlo
 	$(BIN)/python -m pytest -n 2 -m 'not slow'
