@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from estimfw.config.document import Document
@@ -12,33 +13,54 @@ from estimfw.config.node import Node
 from estimfw.config.overrides import with_override
 from estimfw.config.version import refuse_newer
 from estimfw.config.yaml_nodes import nodes_of
-from estimfw.errors import ConfigError, Location
+from estimfw.errors import ConfigError, Location, UsageError
 
-__all__ = ["load_document", "read_document"]
+__all__ = ["Overrides", "load_document", "read_document"]
+
+#: ``["a.b[0]=value"]``, or ``{"a.b[0]": value}``.
+Overrides = Sequence[str] | Mapping[str, object]
 
 _MAX_CHAIN = 16
 
 
-def load_document(path: str | Path, overrides: Sequence[str] = ()) -> Document:
+def load_document(path: str | Path, overrides: Overrides = ()) -> Document:
     """Read a config file with everything it extends.
 
     Parameters
     ----------
     path : str or Path
-    overrides : sequence of str
+    overrides : sequence of str, or mapping of str to value
         ``a.b[0]=value``, from left to right.
 
     Raises
     ------
     ConfigError
         Whatever is wrong, with file, line and column.
+    UsageError
+        The overrides are one text, or hold a value that no config can.
     """
     main = Path(path)
     chain: list[Path] = []
     root = _load(main, main, None, chain)
-    for text in overrides:
+    for text in _texts(overrides):
         root = with_override(root, text)
     return Document(root, tuple(shown_path(p) for p in chain))
+
+
+def _texts(overrides: Overrides) -> list[str]:
+    if isinstance(overrides, str):
+        raise UsageError(
+            f"the overrides {overrides!r} are one text, a list is due",
+            hint=f"write [{overrides!r}], or a mapping such as {{'source.seed': 2}}",
+        )
+    if not isinstance(overrides, Mapping):
+        return list(overrides)
+    try:
+        return [f"{path}={json.dumps(value)}" for path, value in overrides.items()]
+    except TypeError as cause:
+        raise UsageError(
+            f"an override holds what no config can: {cause}", hint="numbers, texts, lists, mappings"
+        ) from None
 
 
 def read_document(text: str, file: str = "<text>") -> Document:

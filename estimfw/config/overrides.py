@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import NoReturn
 
 from estimfw.config.node import Entry, Node, Path, path_text
 from estimfw.config.yaml_nodes import MAX_DEPTH, nodes_of
 from estimfw.errors import ConfigError, Location
+from estimfw.spelling import did_you_mean
 
 __all__ = ["with_override"]
 
@@ -17,6 +19,8 @@ _PART = re.compile(r"([A-Za-z_]\w*)|\[(\d+)\]", re.ASCII)
 
 def with_override(root: Node, text: str) -> Node:
     """The config with one value set; missing mapping keys are made, missing list elements are not.
+
+    A component that is not there is not made of one of its settings: its name is misspelt.
 
     Parameters
     ----------
@@ -52,9 +56,19 @@ def _set(node: Node, path: Path, done: Path, value: Node, place: Location) -> No
         return _set_element(node, head, tuple(rest), here, value, place)
     if not isinstance(node.value, dict):
         _refuse(f"{path_text(done)} is no mapping: there is no key {head!r} in it", place)
+    if head not in node.value and rest and rest[0] != "kind" and _names_components(node.value):
+        known = did_you_mean(head, node.value)
+        raise ConfigError(
+            f"there is no {head!r} in {path_text(done)} to set {rest[0]!r} of", location=place, hint=known
+        )
     below = node.child(head) or Node(place, {})
     key_place = node.value[head].place if head in node.value and rest else place
     return Node(node.place, {**node.value, head: Entry(key_place, _set(below, tuple(rest), here, value, place))})
+
+
+def _names_components(entries: Mapping[str, Entry]) -> bool:
+    """Whether a mapping holds components by name (``blocks``), not the settings of one."""
+    return bool(entries) and all(entry.node.child("kind") is not None for entry in entries.values())
 
 
 def _set_element(node: Node, index: int, rest: Path, here: Path, value: Node, place: Location) -> Node:

@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from estimfw.config.unit_examples import examples_of
 from estimfw.errors import ConfigError
-from estimfw.units import parse_quantity, parse_unit
+from estimfw.units import parse_quantity, parse_unit, si_name
 from estimfw.units.quantity import NUMBER_PATTERN
 
 __all__ = [
@@ -114,7 +114,7 @@ class QuantityType:
         if found.unit.dimension != parse_unit(self.unit).dimension:
             if found.unit.dimension.is_none and not found.unit.text:
                 raise ConfigError(f"{value!r} has no unit", hint=self.hint)
-            raise ConfigError(f"{value!r} is in {found.unit.si_text}, not in {self.unit}", hint=self.hint)
+            raise ConfigError(f"{value!r} is in {si_name(found.unit)}, not in {self.unit}", hint=self.hint)
         if self.is_plain and not found.unit.text:
             raise ConfigError(f"{value!r} is quoted", hint="write a plain number without quotes, or one in % or ppm")
         return found.value

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from estimfw.units import parse_unit
+from estimfw.units import parse_unit, si_name
 
 __all__ = ["examples_of"]
 
@@ -20,6 +20,8 @@ _EXAMPLES: dict[str, tuple[str, ...]] = {
     "K": ("293 K",),
     "K/s": ("0.1 K/s",),
     "W": ("40 W",),
+    "V": ("10 mV", "3.7 V"),
+    "A": ("1.5 A", "20 mA"),
     "m/sqrt(Hz)": ("0.01 m/sqrt(Hz)",),
     "m/s/sqrt(Hz)": ("0.1 m/s/sqrt(Hz)",),
     "1": ("0.01", "5 ppm", "1 %"),
@@ -30,5 +32,5 @@ _BY_DIMENSION = {parse_unit(unit).dimension: shown for unit, shown in _EXAMPLES.
 def examples_of(unit: str) -> tuple[str, ...]:
     """Two or three customary quantities of the dimension of ``unit``."""
     found = parse_unit(unit)
-    plain = unit if "(" not in unit.replace("sqrt(", "") else found.si_text
+    plain = unit if "(" not in unit.replace("sqrt(", "") else si_name(found)
     return _BY_DIMENSION.get(found.dimension, (f"0.1 {plain}",))

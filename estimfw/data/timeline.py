@@ -206,7 +206,7 @@ def _stream(streams: Mapping[str, Stream], name: str, wanted: str) -> Stream:
     if wanted not in streams:
         raise DataError(
             f"measurement {name!r} needs the stream {wanted!r}, which the source does not have",
-            hint=f"it has: {', '.join(sorted(streams)) or 'none'}",
+            hint=_other_streams(sorted(streams)),
         )
     time = streams[wanted].time
     if not np.all(np.isfinite(time)):
@@ -219,6 +219,13 @@ def _stream(streams: Mapping[str, Stream], name: str, wanted: str) -> Stream:
             hint="sort the rows, or drop those that are late",
         )
     return streams[wanted]
+
+
+def _other_streams(names: list[str]) -> str:
+    if not names:
+        return "it has: none"
+    says = f"`stream: {names[0]}`" if len(names) == 1 else "`stream:` and one of these"
+    return f"it has: {', '.join(names)}; if the readings are there, give the measurement {says}"
 
 
 def _pseudo(time: FloatArray, dt: FloatArray, begin: float, every: float | None) -> Due:

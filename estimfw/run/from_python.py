@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from estimfw.config.compose import Problem, compose
 from estimfw.config.generic.components import core_components
-from estimfw.config.load import load_document
+from estimfw.config.load import Overrides, load_document
 from estimfw.data.record import Record
 from estimfw.registry.load import load_plugins
 from estimfw.run.dataset import result_dataset
@@ -20,15 +19,15 @@ if TYPE_CHECKING:
 __all__ = ["open_filter", "run_filter"]
 
 
-def open_filter(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
+def open_filter(path: str | Path, overrides: Overrides = ()) -> Problem:
     """Compose a config with the installed plugins.
 
     Parameters
     ----------
     path : str or Path
         Of a YAML config.
-    overrides : sequence of str
-        As ``--set`` on the command line: ``source.seed=2``.
+    overrides : sequence of str, or mapping of str to value
+        As ``--set`` on the command line: ``["source.seed=2"]`` or ``{"source.seed": 2}``.
 
     Returns
     -------
@@ -39,6 +38,8 @@ def open_filter(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
     ------
     ConfigError, PluginError, NumericalError
         With file, line and column.
+    UsageError
+        The overrides are no list and no mapping.
     """
     return compose(load_document(path, overrides), load_plugins(core_components()))
 

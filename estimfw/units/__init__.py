@@ -14,7 +14,7 @@ right; a name or a parenthesis may have a power (``^2``, ``**2``, ``^-1``, ``^0.
 and ``√`` take a root.
 """
 
-from estimfw.units.display import DisplayUnit, display_unit
+from estimfw.units.display import DisplayUnit, display_unit, si_name
 from estimfw.units.quantity import Quantity, parse_quantity
 from estimfw.units.unit import Dimension, Scale, Unit
 from estimfw.units.unit_text import parse_unit
@@ -28,4 +28,5 @@ __all__ = [
     "display_unit",
     "parse_quantity",
     "parse_unit",
+    "si_name",
 ]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from estimfw.units.table import NAMED_SI
+from estimfw.units.unit import Unit
 from estimfw.units.unit_text import parse_unit
 
-__all__ = ["DisplayUnit", "display_unit"]
+__all__ = ["DisplayUnit", "display_unit", "si_name"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,3 +59,8 @@ def display_unit(si_unit: str, quantity: str = "") -> DisplayUnit:
         if unit.dimension == parse_unit(si).dimension and any(word in quantity for word in words):
             return DisplayUnit(shown, float(unit.scale) / float(parse_unit(shown).scale))
     return DisplayUnit(si_unit, 1.0)
+
+
+def si_name(unit: Unit) -> str:
+    """The SI unit of its dimension, by its own name where it has one: ``V`` for ``mV``, ``m/s`` for ``kn``."""
+    return NAMED_SI.get(unit.dimension, unit.si_text)

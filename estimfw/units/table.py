@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from estimfw.units.unit import BASES, Dimension, Scale, Unit
 
-__all__ = ["ALIASES", "STANDARD_GRAVITY", "UNITS"]
+__all__ = ["ALIASES", "NAMED_SI", "SPELLED_OUT", "STANDARD_GRAVITY", "UNITS"]
 
 #: m/s^2, exact (CGPM 1901).
 STANDARD_GRAVITY = Fraction("9.80665")
@@ -67,3 +67,15 @@ UNITS: dict[str, Unit] = {unit.text: unit for unit in _ALL}
 
 #: Other spellings of a name.
 ALIASES: dict[str, str] = {"°": "deg", "µg": "ug", "μg": "ug", "µm": "um", "μm": "um", "µs": "us", "μs": "us"}
+
+#: Words that people write for a name; they are not taken, but told.
+SPELLED_OUT: dict[str, str] = {
+    "sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "mins": "min",
+    "hr": "h", "hrs": "h", "hour": "h", "hours": "h", "days": "day", "degree": "deg", "degrees": "deg", "degs": "deg",
+    "radian": "rad", "radians": "rad", "rads": "rad", "meter": "m", "meters": "m", "metre": "m", "metres": "m",
+    "feet": "ft", "knot": "kn", "knots": "kn", "kt": "kn", "kts": "kn", "hertz": "Hz", "hz": "Hz", "volt": "V", "volts": "V",
+    "ampere": "A", "amp": "A", "amps": "A", "watt": "W", "watts": "W", "kelvin": "K", "percent": "%",
+}  # fmt: skip
+
+#: Coherent SI units that have a name of their own, by dimension.
+NAMED_SI: dict[Dimension, str] = {UNITS[name].dimension: name for name in ("N", "J", "W", "Pa", "V")}

@@ -8,7 +8,7 @@ from typing import NoReturn
 
 from estimfw.errors import ConfigError
 from estimfw.spelling import did_you_mean
-from estimfw.units.table import ALIASES, UNITS
+from estimfw.units.table import ALIASES, SPELLED_OUT, UNITS
 from estimfw.units.unit import Dimension, Scale, Unit
 
 __all__ = ["MAX_TEXT", "parse_unit"]
@@ -152,7 +152,8 @@ class _Reader:
             return self._raise(self._parenthesis(), Fraction(1, 2))
         name = ALIASES.get(token, token)
         if name not in UNITS:
-            self._refuse(f"no unit {token!r}; {did_you_mean(token, UNITS)}")
+            meant = SPELLED_OUT.get(token.lower())
+            self._refuse(f"no unit {token!r}; {f'write {meant!r}' if meant else did_you_mean(token, UNITS)}")
         return UNITS[name]
 
     def _parenthesis(self) -> Unit:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from estimfw.config.load import load_document
-from estimfw.errors import ConfigError
+from estimfw.errors import ConfigError, UsageError
 
 
 def write(folder: Path, name: str, text: str) -> Path:
@@ -146,3 +146,36 @@ def test_overrides_leave_the_files_content_alone(config: Path) -> None:
     first = load_document(config)
     load_document(config, ["a.d=changed"])
     assert first.data["a"]["d"] == "x"
+
+
+@pytest.fixture
+def named(tmp_path: Path) -> Path:
+    return write(tmp_path, "a.yaml", "blocks: {level: {kind: k, sigma: 1}, other: {kind: k}}\nfree: {x: {y: 1}}\n")
+
+
+def test_a_setting_of_a_component_that_is_not_there_is_a_misspelt_name(named: Path) -> None:
+    error = refusal(named, "blocks.levl.sigma=1")
+    assert error.message == "there is no 'levl' in blocks to set 'sigma' of"
+    assert "did you mean 'level'?" in str(error.hint)
+    assert str(error.location) == "--set blocks.levl.sigma"
+
+
+def test_a_component_is_made_by_its_kind_and_then_has_settings(named: Path) -> None:
+    data = load_document(named, ["blocks.new.kind=k", "blocks.new.sigma=2", "free.z.y=3"]).data
+    assert data["blocks"]["new"] == {"kind": "k", "sigma": 2}
+    assert data["free"] == {"x": {"y": 1}, "z": {"y": 3}}
+
+
+def test_overrides_can_be_a_mapping(named: Path) -> None:
+    overrides = {"blocks.level.sigma": "0.1 m/s", "blocks.other": {"kind": "q", "on": True}, "free.x.y": [1, 2.5, None]}
+    assert load_document(named, overrides).data == {
+        "blocks": {"level": {"kind": "k", "sigma": "0.1 m/s"}, "other": {"kind": "q", "on": True}},
+        "free": {"x": {"y": [1, 2.5, None]}},
+    }
+
+
+def test_one_text_is_no_list_of_overrides(named: Path) -> None:
+    with pytest.raises(UsageError, match=r"one text, a list is due\s+write \['free\.x\.y=2'\]"):
+        load_document(named, "free.x.y=2")
+    with pytest.raises(UsageError, match="Path is not JSON serializable"):
+        load_document(named, {"free.x.y": named})

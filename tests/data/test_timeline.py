@@ -159,7 +159,7 @@ def test_no_rows_at_all_are_refused() -> None:
 
 
 def test_a_stream_that_is_not_there_is_named_with_those_that_are() -> None:
-    with pytest.raises(DataError, match=r"measurement 'fix' needs the stream 'gps'[\s\S]*it has: a"):
+    with pytest.raises(DataError, match=r"measurement 'fix' needs the stream 'gps'[\s\S]*it has: a; .*`stream: a`"):
         merged_steps({"a": stream("a", [1.0])}, [Wanted("fix", "gps")])
 
 

@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from estimfw.errors import ConfigError
-from estimfw.units import display_unit, parse_quantity, parse_unit
-from estimfw.units.table import UNITS
+from estimfw.units import display_unit, parse_quantity, parse_unit, si_name
+from estimfw.units.table import SPELLED_OUT, UNITS
 
 PINT: Any = pint.UnitRegistry()
 #: Names that mean something else to pint, in its own words.
@@ -154,3 +154,25 @@ def test_a_display_unit_scales_back_to_si(si: str, quantity: str, shown: str) ->
     unit = display_unit(si, quantity)
     assert unit.text == shown
     assert unit.scale * parse_quantity(f"1 {shown}").value == pytest.approx(1.0, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"), [("deg/sec", "s"), ("1/Hours", "h"), ("meters/s", "m"), ("degrees/hr", "deg"), ("volts", "V")]
+)
+def test_a_spelled_out_name_is_told_its_short_one(text: str, meant: str) -> None:
+    with pytest.raises(ConfigError, match=rf"write '{meant}'"):
+        parse_unit(text)
+
+
+def test_spelled_out_names_mean_what_pint_says() -> None:
+    own = {"deg": "degree", "h": "hour", "min": "minute", "kn": "knot", "ft": "foot"}
+    odd = {"rads", "kt", "kts", "hz", "mins", "degs", "hrs", "amps"}  # not, or otherwise, known to pint
+    for word, name in SPELLED_OUT.items():
+        assert word not in UNITS
+        if word not in odd:
+            assert PINT.parse_units(word) == PINT.parse_units(own.get(name, PINT_NAMES.get(name, name))), word
+
+
+@pytest.mark.parametrize(("text", "name"), [("mV", "V"), ("hPa", "Pa"), ("W", "W"), ("kn", "m/s"), ("1/s", "1/s")])
+def test_a_unit_is_told_by_the_name_of_its_si_unit(text: str, name: str) -> None:
+    assert si_name(parse_unit(text)) == name

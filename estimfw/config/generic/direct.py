@@ -18,6 +18,8 @@ from estimfw.model.coefficient import constant
 from estimfw.model.parts import Measurement, MeasurementTerm, StateBlock
 from estimfw.model.prior import check_covariance
 from estimfw.units.quantity import parse_quantity
+from estimfw.units.table import NAMED_SI
+from estimfw.units.unit import Dimension
 from estimfw.units.unit_text import parse_unit
 
 __all__ = ["DirectConfig", "direct"]
@@ -26,9 +28,12 @@ __all__ = ["DirectConfig", "direct"]
 class DirectTerm(Settings):
     """One block's part: z += coefficient @ block (left out: its selected ``axes``, one a row)."""
 
-    block: str
-    axes: Names = ()
-    coefficient: CoefficientText | None = None
+    block: Annotated[str, Field(description="name of the block that is read")]
+    axes: Annotated[Names, Field(description="which of its axes (left out: all)")] = ()
+    coefficient: Annotated[
+        CoefficientText | None,
+        Field(description="rows x axes, or a number: what a reading gets of them (left out: one axis a row)"),
+    ] = None
 
 
 class DirectConfig(Settings):
@@ -40,14 +45,25 @@ class DirectConfig(Settings):
     """
 
     kind: Literal["direct"]
-    of: Annotated[tuple[DirectTerm, ...], Strict(False), Field(min_length=1)]
-    rows: Names = ()
-    unit: str = ""
-    noise: Values
-    correlation: Annotated[tuple[Annotated[tuple[Number, ...], Strict(False)], ...], Strict(False)] | None = None
-    stream: str | None = None
-    columns: Names = ()
-    perfect: bool = False
+    of: Annotated[
+        tuple[DirectTerm, ...],
+        Strict(False),
+        Field(min_length=1, description="blocks that are read; their parts add up"),
+    ]
+    rows: Annotated[Names, Field(description="names of the rows (left out: the axes of the first block)")] = ()
+    unit: Annotated[str, Field(description="SI unit of the readings (left out: that of the first block)")] = ""
+    noise: Annotated[
+        Values, Field(description="sigma per measurement (0.1 m) or density (0.1 m/sqrt(Hz)), by its unit")
+    ]
+    correlation: Annotated[
+        Annotated[tuple[Annotated[tuple[Number, ...], Strict(False)], ...], Strict(False)] | None,
+        Field(description="correlation matrix of the noise, row by row (left out: independent rows)"),
+    ] = None
+    stream: Annotated[
+        str | None, Field(description="stream that holds the readings (left out: the name of this entry)")
+    ] = None
+    columns: Annotated[Names, Field(description="its columns, one for each row (left out: the names of the rows)")] = ()
+    perfect: Annotated[bool, Field(description="allow a noise of zero")] = False
 
     @model_validator(mode="after")
     def _square(self) -> Self:
@@ -108,6 +124,7 @@ def _selection(axes: tuple[str, ...], block: StateBlock, what: str) -> np.ndarra
 def _noise(
     cfg: DirectConfig, unit: str, rows: tuple[str, ...]
 ) -> tuple[tuple[tuple[float, ...], ...], Literal["per_measurement", "density"]]:
+    _refuse_forgotten_unit(cfg, unit)
     kind = _kind(cfg, unit)
     density = product_unit(unit, "sqrt(s)")
     sigma = np.array(numbers_in(cfg.noise, density if kind == "density" else unit, len(rows), "noise"))
@@ -115,6 +132,22 @@ def _noise(
     correlation = np.eye(len(rows)) if cfg.correlation is None else np.array(cfg.correlation)
     _check_correlation(correlation, rows)
     return tuple(tuple(float(x) for x in row) for row in sigma[:, None] * correlation * sigma), kind
+
+
+def _refuse_forgotten_unit(cfg: DirectConfig, unit: str) -> None:
+    """A noise in another unit than the block's, where the measurement itself names none."""
+    written = _dimension(cfg)
+    due = [parse_unit(unit).dimension, parse_unit(product_unit(unit, "sqrt(s)")).dimension]
+    if cfg.unit or written is None or written.is_none or written in due:
+        return
+    per_reading = written * parse_unit("1/sqrt(s)").dimension
+    found = NAMED_SI.get(written) or NAMED_SI.get(per_reading) or str(written)
+    first = cfg.noise[0] if isinstance(cfg.noise, tuple) else cfg.noise
+    refuse(
+        f"{first!r} is in {NAMED_SI.get(written, str(written))}, not in {unit}",
+        f"the readings are taken to be in {unit}, as the first block; if they are in {found}, say `unit: {found}`",
+        "noise",
+    )
 
 
 def _check_correlation(correlation: np.ndarray[Any, np.dtype[np.float64]], rows: tuple[str, ...]) -> None:
@@ -130,9 +163,14 @@ def _check_correlation(correlation: np.ndarray[Any, np.dtype[np.float64]], rows:
 
 
 def _kind(cfg: DirectConfig, unit: str) -> Literal["per_measurement", "density"]:
+    density = parse_unit(product_unit(unit, "sqrt(s)")).dimension
+    return "density" if _dimension(cfg) == density else "per_measurement"
+
+
+def _dimension(cfg: DirectConfig) -> Dimension | None:
+    """Of the first noise; None where it cannot be read, which is told where it is made a number."""
     first = cfg.noise[0] if isinstance(cfg.noise, tuple) else cfg.noise
     try:
-        written = parse_quantity(str(first)).unit.dimension
+        return parse_quantity(str(first)).unit.dimension
     except ConfigError:
-        return "per_measurement"  # which then says what is wrong with it
-    return "density" if written == parse_unit(product_unit(unit, "sqrt(s)")).dimension else "per_measurement"
+        return None

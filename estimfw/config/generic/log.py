@@ -59,7 +59,8 @@ class LogSource:
             events.extend(found)
         if not streams:
             read = sorted({str(m.stream) for m in plan.measurements if m.stream})
-            near = did_you_mean(next(iter(self.streams)), read)
+            own = next(iter(self.streams))
+            near = f"{did_you_mean(own, read)}; or give a measurement `stream: {own}`"
             raise ConfigError("no measurement reads any of the streams", hint=near, within=("streams",))
         return Record(streams, events=tuple(events), attributes={"source": "log", "files": files})
 

@@ -19,7 +19,7 @@ from estimfw.data.row_order import Rows, TimeErrors, in_order
 from estimfw.data.sampling import check_rate
 from estimfw.errors import ConfigError, DataError, Location
 from estimfw.spelling import did_you_mean
-from estimfw.units import parse_unit
+from estimfw.units import parse_unit, si_name
 
 __all__ = ["LogStreamConfig", "read_stream"]
 
@@ -145,7 +145,7 @@ def _scale(unit: str, si: str, what: str, within: tuple[str, ...]) -> float:
         raise
     if found.dimension != parse_unit(si).dimension:
         raise ConfigError(
-            f"the unit of {what} is {unit!r}, which is in {found.si_text}, not in {si}",
+            f"the unit of {what} is {unit!r}, which is in {si_name(found)}, not in {si}",
             hint=f"a unit of the dimension of {si} is due",
             within=within,
         )

@@ -10,6 +10,7 @@ from estimfw.config.quantity_types import refuse
 from estimfw.config.unit_examples import examples_of
 from estimfw.data.memory import refuse_too_large
 from estimfw.errors import ConfigError
+from estimfw.units.display import si_name
 from estimfw.units.quantity import parse_quantity
 from estimfw.units.unit_text import parse_unit
 
@@ -91,9 +92,9 @@ def refuse_odd_units(unit: str, display_unit: str) -> None:
         except ConfigError as error:
             refuse(error.message, error.hint, name)
         if name == "unit" and float(found.scale) != 1.0:
-            refuse(f"{unit!r} is no SI unit", f"say unit: {found.si_text} and display_unit: {unit}", name)
+            refuse(f"{unit!r} is no SI unit", f"say unit: {si_name(found)} and display_unit: {unit}", name)
         if found.dimension != parse_unit(unit).dimension:
-            refuse(f"{text!r} is in {found.si_text}, not in {unit}", f"such as {unit}", name)
+            refuse(f"{text!r} is in {si_name(found)}, not in {unit}", f"such as {unit}", name)
 
 
 def as_config_error(error: PydanticCustomError) -> ConfigError:
@@ -107,7 +108,7 @@ def _number(item: str | float, unit: str, at: tuple[str | int, ...]) -> float:
         wanted = parse_unit(unit)
     except ConfigError as error:
         refuse(error.message, error.hint, "unit")
-    expected = f"expected a quantity in {wanted.si_text}, such as {' or '.join(examples_of(unit))}"
+    expected = f"expected a quantity in {si_name(wanted)}, such as {' or '.join(examples_of(unit))}"
     if not isinstance(item, str):
         if not wanted.dimension.is_none:
             refuse(f"{item!r} has no unit", expected, at)
@@ -117,7 +118,7 @@ def _number(item: str | float, unit: str, at: tuple[str | int, ...]) -> float:
     except ConfigError as error:
         refuse(error.message, expected, at)
     if quantity.unit.dimension != wanted.dimension:
-        refuse(f"{item!r} is in {quantity.unit.si_text}, not in {wanted.si_text}", expected, at)
+        refuse(f"{item!r} is in {si_name(quantity.unit)}, not in {si_name(wanted)}", expected, at)
     return quantity.value
 
 

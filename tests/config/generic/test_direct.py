@@ -84,3 +84,19 @@ def test_a_simulated_rate_of_no_measurement_is_refused(composed: Composed) -> No
     source = "\nsource: {kind: simulate_model, duration: 1 s, rate: 1 Hz, rates: {n: 2 Hz}}"
     with pytest.raises(ConfigError, match=r"source.rates names no measurement: 'n'"):
         load_record(composed(BLOCKS + "{kind: direct, of: [{block: b}], noise: 1 m}" + source))
+
+
+@pytest.mark.parametrize(
+    ("noise", "unit"), [("10 mV", "V"), ("10 mV/sqrt(Hz)", "V"), ("[1 cm/s, 2 cm/s]", "m/s"), ("1 Pa", "Pa")]
+)
+def test_a_forgotten_unit_is_told_by_the_noise(composed: Composed, noise: str, unit: str) -> None:
+    text = f"{{kind: direct, of: [{{block: p, axes: [x, y]}}], noise: {noise}}}"
+    with pytest.raises(ConfigError, match=rf"measurements\.m\.noise: .* not in m\s.*say `unit: {unit}`"):
+        composed(BLOCKS + text)
+
+
+def test_a_unit_that_is_said_is_not_guessed(composed: Composed) -> None:
+    with pytest.raises(
+        ConfigError, match=r"'10 mm' is in m, not in V\s+expected a quantity in V, such as 10 mV or 3.7 V"
+    ):
+        composed(BLOCKS + "{kind: direct, of: [{block: b}], unit: V, noise: 10 mm}")
