@@ -37,14 +37,17 @@ class NumbaScan:
         self.scan = compiled_scan_for(provider.compiled if provider is not None else None)
         kernel = ud if settings.covariance == "ud" else joseph
         self.prior = (np.ascontiguousarray(prior[0], dtype=float), np.ascontiguousarray(kernel.factor(prior[1])))
-        self.row = np.ascontiguousarray(initial_row, dtype=float)
         self.params = provider.params if provider is not None else np.zeros(1)
         self.process, self.reads = self._process(), self._reads()
         self.measurements = self._measurements()
-        self.slots = np.array(plan.slots, dtype=np.int64)
-        self._load()
+        self.correction = (
+            *plan.correction.tables(),
+            np.array(plan.corrected, dtype=np.bool_),
+            plan.correction.shape[0],
+        )
+        self._load(initial_row)
 
-    def _load(self) -> None:
+    def _load(self, row: FloatArray) -> None:
         """Have the machine code loaded, or made, before the run: it is no part of the filter's time."""
         mean, form = self.prior
         n_state, n_sample = (self.provider.n_state, self.provider.n_sample) if self.provider is not None else (0, 1)
@@ -59,7 +62,7 @@ class NumbaScan:
             due=np.zeros((0, many), dtype=bool),
             interval=np.ones((0, many)),
         )
-        self.run(FilterState(mean, form, np.zeros(n_state)), nothing)
+        self.run(FilterState(mean, form, np.zeros(n_state), row), nothing)
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""
@@ -75,11 +78,11 @@ class NumbaScan:
             disposition=np.full((steps, many), -1, dtype=np.int64),
             used=np.zeros((steps, many), dtype=np.int64),
         )
-        x, form, provider = state.x.copy(), np.ascontiguousarray(state.form).copy(), state.provider.copy()
+        x, form, provider, row = (np.array(a, order="C") for a in (state.x, state.form, state.provider, state.row))
         d = self.plan.discretisation
         doublings = np.array([self.doublings(float(dt)) for dt in chunk.dt], dtype=np.int64)
         wrong = self.scan(
-            x, form, provider, self.params, self.row,
+            x, form, provider, self.params, row,
             (
                 np.ascontiguousarray(chunk.samples), chunk.dt, chunk.restart, chunk.inputs, chunk.readings, chunk.due,
                 chunk.interval,
@@ -90,7 +93,7 @@ class NumbaScan:
                 self.settings.covariance == "ud", self.settings.closed_loop,
                 self.plan.time_invariant and not self.plan.inputs,
             ),
-            self.prior, self.slots,
+            self.prior, self.correction,
             (
                 result.estimate, result.covariance, result.rows, result.innovation, result.sigma, result.nis,
                 result.disposition, result.used,
@@ -98,7 +101,7 @@ class NumbaScan:
         )  # fmt: skip
         if wrong >= 0:
             result.estimate[wrong + 1 :] = result.covariance[wrong + 1 :] = result.rows[wrong + 1 :] = np.nan
-        return FilterState(x, form, provider), result
+        return FilterState(x, form, provider, row), result
 
     def _process(self) -> tuple[Any, ...]:
         plan, n = self.plan, len(self.plan.states)

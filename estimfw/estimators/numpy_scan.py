@@ -25,7 +25,7 @@ class NumpyScan:
     ----------
     plan : Plan
     provider : BoundProvider or None
-        None: the nominal is ``initial_row`` for ever.
+        None: the nominal is the row of the state for ever.
     settings : FilterSettings
     initial_row : (provided,) array
     prior : (n,) and (n, n) array
@@ -46,12 +46,9 @@ class NumpyScan:
         self.doublings = SubSteps(plan, initial_row)
         self.kernel: ModuleType = ud if settings.covariance == "ud" else joseph
         self.mean, self.form = prior[0], self.kernel.factor(prior[1])
-        self.row = plan.layout.complete(initial_row)
         self.offsets = row_offsets(plan)
         self.thresholds = [plan.thresholds(m) for m in plan.measurements]
-        self.corrected = np.array([s >= 0 for s in plan.slots], dtype=bool)
-        self.slots = np.array([s for s in plan.slots if s >= 0], dtype=np.int64)
-        self.width = 3 * (1 + int(self.slots.max()) // 3) if self.slots.size else 0
+        self.corrected = np.array(plan.corrected, dtype=bool)
         self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
@@ -74,10 +71,10 @@ class NumpyScan:
 
     def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState:
         x, form, provider = state.x, state.form, state.provider
+        process_row = end_row = self.plan.layout.complete(state.row)
         if chunk.restart[k]:
-            provider = self._correct(provider, x)
+            provider = self._correct(provider, x, end_row)
             x, form = self.mean.copy(), self.form.copy()
-        process_row = end_row = self.row
         if self.provider is not None:
             provider, process_row, end_row = self.provider.step(provider, chunk.samples[k])
             process_row, end_row = self.plan.layout.complete(process_row), self.plan.layout.complete(end_row)
@@ -94,9 +91,9 @@ class NumpyScan:
         result.estimate[k], result.covariance[k] = x, self.kernel.covariance(form)
         result.rows[k] = end_row[: self.plan.layout.provided]
         if self.settings.closed_loop and any_fused and self.provider is not None:
-            provider = self._correct(provider, x)
+            provider = self._correct(provider, x, end_row)
             x = np.where(self.corrected, 0.0, x)
-        return FilterState(x, form, provider)
+        return FilterState(x, form, provider, end_row[..., : self.plan.layout.provided])
 
     def _tables(self, row: FloatArray, u: FloatArray, dt: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         key = (dt, u.tobytes())
@@ -109,11 +106,11 @@ class NumpyScan:
             self.tables[key] = made
         return made
 
-    def _correct(self, provider: FloatArray, x: FloatArray) -> FloatArray:
-        if self.provider is None or not self.slots.size:
+    def _correct(self, provider: FloatArray, x: FloatArray, row: FloatArray) -> FloatArray:
+        """The provider's state, corrected by the estimate in the frames of its slots."""
+        if self.provider is None or not np.any(self.corrected):
             return provider
-        delta = np.zeros(self.width)
-        delta[self.slots] = x[self.corrected]
+        delta = np.einsum("...ij,...j->...i", self.plan.correction.evaluate(row), x)
         return self.provider.correct(provider, delta)
 
     def _fuse(

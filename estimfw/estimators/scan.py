@@ -37,12 +37,14 @@ class FilterSettings:
 class FilterState:
     """Everything that goes from one step to the next: a snapshot, a checkpoint.
 
-    ``x`` (..., n), ``form`` (..., n, n) is the covariance in the kernel's form, ``provider`` (..., n_state).
+    ``x`` (..., n), ``form`` (..., n, n) is the covariance in the kernel's form, ``provider`` (..., n_state), ``row``
+    (..., provided) the nominal at the end of the step before, or at the start.
     """
 
     x: FloatArray
     form: FloatArray
     provider: FloatArray
+    row: FloatArray
 
 
 @dataclass(frozen=True, slots=True)

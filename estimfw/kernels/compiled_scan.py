@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from estimfw.kernels.compiled_products import evaluate
 from estimfw.kernels.compiled_recursions import covariance
 from estimfw.kernels.compiled_steps import fuse_due, fusion_space, predict, prediction_space
 from estimfw.kernels.no_provider import correct, step  # provider
@@ -19,35 +20,49 @@ from estimfw.kernels.no_provider import correct, step  # provider
 
 @njit(cache=True)
 def scan(
-    x, form, provider, params, row, chunk, process, reads, measurements, method, doublings, options, prior, slots, out
+    x,
+    form,
+    provider,
+    params,
+    row,
+    chunk,
+    process,
+    reads,
+    measurements,
+    method,
+    doublings,
+    options,
+    prior,
+    correction,
+    out,
 ):
     """Run the steps of a chunk in place; returns the index of the first step that went wrong, -1 if none.
 
+    ``row``: the nominal before the chunk, and at its end.
     ``chunk``: samples, dt, restart, inputs, readings, due, interval. ``process`` and ``reads``: see `predict` and `fuse_due`.
     ``measurements``: offsets, R (rows, most rows), density, sign, thresholds, gated. ``method``: exact, orders of Phi and Q.
-    ``options``: ud, closed loop, steady.
+    ``options``: ud, closed loop, steady. ``correction``: (entry, constant, factors) of it, which states it takes, its rows.
     """
     samples, dts, restart, inputs, readings, due, interval = chunk
     ud, closed, steady = options
     x0, form0 = prior
     estimates, covariances, rows_out, innovations, sigmas, nises, dispositions, useds = out
     n, offsets, R = x.shape[0], measurements[0], measurements[1]
-    width = slots.max() + 1 if n else 0
-    width = 3 * ((width + 2) // 3)
-    delta = np.zeros(max(1, width))
-    provided = rows_out.shape[1]
-    process_row, end_row = row.copy(), row.copy()
+    corrected, width = correction[3], correction[4]
+    delta, C = np.zeros(width), np.zeros(width * n)
+    correcting = np.any(corrected)
+    process_row = row.copy()
     predicting = prediction_space(n, inputs.shape[1], process[-1].shape[0])
     fusing = fusion_space(n, offsets[-1], max(1, R.shape[1]))
     last_dt = -1.0
     for k in range(dts.shape[0]):
         if restart[k]:
-            if width:
-                _scatter(x, slots, delta)
+            if correcting:
+                _estimate(x, correction, row, C, delta)
                 correct(provider, delta, params)
             x[:] = x0
             form[:, :] = form0
-        step(provider, samples[k], params, process_row, end_row)
+        step(provider, samples[k], params, process_row, row)
         dt = dts[k]
         if dt > 0.0:
             stale = not steady or dt != last_dt
@@ -55,25 +70,28 @@ def scan(
             last_dt = dt
         found = (innovations[k], sigmas[k], nises[k], dispositions[k], useds[k])
         any_fused = fuse_due(
-            x, form, ud, end_row, readings[k], due[k], interval[k], reads, measurements, found, fusing
+            x, form, ud, row, readings[k], due[k], interval[k], reads, measurements, found, fusing
         )  # fmt: skip
         estimates[k] = x
         covariance(form, ud, covariances[k])
-        rows_out[k] = end_row[:provided]
+        rows_out[k] = row
         if not np.all(np.isfinite(x)):
             return k
-        if closed and any_fused and width:
-            _scatter(x, slots, delta)
+        if closed and any_fused and correcting:
+            _estimate(x, correction, row, C, delta)
             correct(provider, delta, params)
             for i in range(n):
-                if slots[i] >= 0:
+                if corrected[i]:
                     x[i] = 0.0
     return -1
 
 
 @njit(cache=True)
-def _scatter(x, slots, delta):
-    delta[:] = 0.0
-    for i in range(x.shape[0]):
-        if slots[i] >= 0:
-            delta[slots[i]] = x[i]
+def _estimate(x, correction, row, C, delta):
+    """What the provider is corrected by, in the frames of its slots; C is flat work space."""
+    n = x.shape[0]
+    evaluate(correction[0], correction[1], correction[2], row, C)
+    for i in range(delta.shape[0]):
+        delta[i] = 0.0
+        for j in range(n):
+            delta[i] += C[i * n + j] * x[j]

@@ -13,6 +13,7 @@ from estimfw.model.model import Model
 from estimfw.model.nominal import CorrectionSlot
 from estimfw.model.parts import KnownInput, Output
 from estimfw.model.prior import Prior
+from estimfw.plan.correction import correction
 from estimfw.plan.discretisation import Discretisation
 from estimfw.plan.layout import NominalLayout
 from estimfw.plan.lowering import Lowered, lower
@@ -61,8 +62,8 @@ class Plan:
     inputs : tuple of KnownInput
     measurements : tuple of MeasurementPlan
     prior : Prior
-    slots : tuple of int
-        For each state its place in the provider's correction, -1 for none.
+    correction : Lowered
+        (3 * slots of the provider, states): the provider's correction from the estimate, see `estimfw.plan.correction`.
     discretisation : Discretisation
     varying : tuple of (what, variable, change)
         Why it is not time-invariant; empty if it is.
@@ -78,7 +79,7 @@ class Plan:
     inputs: tuple[KnownInput, ...]
     measurements: tuple[MeasurementPlan, ...]
     prior: Prior
-    slots: tuple[int, ...]
+    correction: Lowered
     discretisation: Discretisation
     varying: tuple[tuple[str, str, str], ...]
     outputs: tuple[tuple[Output, Lowered], ...] = ()
@@ -86,6 +87,13 @@ class Plan:
     @property
     def time_invariant(self) -> bool:
         return not self.varying
+
+    @property
+    def corrected(self) -> tuple[bool, ...]:
+        """Which states correct the provider, and are zero after it."""
+        n = len(self.states)
+        live = {entry % n for entry, _, _ in self.correction.monomials}
+        return tuple(i in live for i in range(n))
 
     @property
     def reason(self) -> str:
@@ -144,7 +152,7 @@ def make_plan(
     Raises
     ------
     ConfigError
-        The model needs a nominal variable that the layout does not have.
+        The model needs a nominal variable that the layout does not have, or a block cannot be taken to its slot's frame.
     """
     return Plan(
         states=model.states,
@@ -156,7 +164,7 @@ def make_plan(
         inputs=model.inputs,
         measurements=tuple(_measurement(model, m.name, layout, gates.get(m.name)) for m in model.measurements),
         prior=model.prior,
-        slots=_slot_map(model, slots),
+        correction=lower(correction(model, slots), layout),
         discretisation=discretisation,
         varying=tuple(_varying(model, layout)),
         outputs=tuple((o, lower(model.jacobian(o), layout)) for o in model.outputs),
@@ -179,16 +187,6 @@ def _measurement(model: Model, name: str, layout: NominalLayout, gate: float | N
         every=m.every,
         gate=gate,
     )
-
-
-def _slot_map(model: Model, slots: tuple[CorrectionSlot, ...]) -> tuple[int, ...]:
-    places: list[int] = []
-    for block in model.blocks:
-        start = next(
-            (3 * k for k, s in enumerate(slots) if (s.quantity, s.frame) == (block.quantity, block.frame)), None
-        )
-        places.extend(-1 if start is None else start + i for i in block.live)
-    return tuple(places)
 
 
 def _varying(model: Model, layout: NominalLayout) -> list[tuple[str, str, str]]:

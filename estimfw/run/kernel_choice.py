@@ -88,6 +88,6 @@ def _plain_python(plan: Plan, bound: BoundProvider | None) -> str:
 
 
 def _derived_in_loop(plan: Plan) -> set[str]:
-    tables = [plan.F, plan.D, plan.B, *(t for m in plan.measurements for t in (m.H, m.innovation))]
+    tables = [plan.F, plan.D, plan.B, plan.correction, *(t for m in plan.measurements for t in (m.H, m.innovation))]
     used = {position for table in tables for _, _, factors in table.monomials for position in factors}
     return {d.name for d in plan.layout.derived if used & set(plan.layout.places(d.name))}

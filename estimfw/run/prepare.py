@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
-from estimfw.data.record import Event, Findings, Record
+from estimfw.data.record import SAME, Event, Findings, Record
 from estimfw.data.timeline import Steps, Wanted, driven_steps, merged_steps
 from estimfw.errors import DataError
 from estimfw.estimators.scan import Chunk, FilterState, row_offsets
@@ -71,7 +71,8 @@ def _findings(problem: Problem, record: Record) -> list[Findings]:
     for name, monitor in zip(problem.config.monitors, problem.monitors, strict=True):
         owner, what = problem.owners.get(f"monitors.{name}"), f"monitor {name!r}"
         with plugin_code(owner, f"inspect() of {what}"):
-            made = monitor.inspect(record)
+            knows = hasattr(monitor, "inspect_for")  # one that has to know the model sees it as it was before policies
+            made = monitor.inspect_for(record, problem.full) if knows else monitor.inspect(record)
         found.append(check_findings(made, owner, what))
     return found
 
@@ -108,7 +109,7 @@ def _until(steps: Steps, found: list[Findings]) -> Steps:
     stops = [f.stop for f in found if f.stop is not None]
     if not stops:
         return steps
-    keep = steps.time <= min(stops) + 1e-9
+    keep = steps.time <= min(stops) + SAME
     count = int(keep.sum())
     if count == 0:
         raise DataError(
@@ -138,7 +139,7 @@ def filter_start(
         scan.doublings(float(dt))
     provider = bound.initial_state(start) if bound is not None else np.zeros(0)
     form = _form(problem, prior[1])
-    return scan, FilterState(mean.copy(), form, provider), prior
+    return scan, FilterState(mean.copy(), form, provider, row), prior
 
 
 def _form(problem: Problem, covariance: FloatArray) -> FloatArray:

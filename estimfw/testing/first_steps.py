@@ -19,10 +19,11 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class FirstSteps:
-    """The provider, its state at the start (n_state,), samples (K, n_sample), dt (K,) in s and inputs (K, known inputs)."""
+    """The provider, its state (n_state,) and row (provided,) at the start, samples (K, n_sample), dt (K,) in s, inputs (K, m)."""
 
     provider: BoundProvider
     state: FloatArray
+    row: FloatArray
     samples: FloatArray
     dt: FloatArray
     inputs: FloatArray
@@ -34,4 +35,5 @@ def first_steps(problem: Problem, count: int) -> FirstSteps | None:
     if prepared.bound is None:
         return None
     chunk = make_chunk(prepared, 0, min(count, len(prepared.steps)))
-    return FirstSteps(prepared.bound, prepared.state.provider, chunk.samples, chunk.dt, chunk.inputs)
+    start = prepared.state
+    return FirstSteps(prepared.bound, start.provider, start.row, chunk.samples, chunk.dt, chunk.inputs)

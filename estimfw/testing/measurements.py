@@ -41,12 +41,9 @@ def check_measurements(problem: Problem, tolerance: float = 1e-3) -> None:
     process, end = _rows(problem, first, first.state)
     doublings = problem.plan.discretisation.doublings(problem.plan.F.evaluate(process), float(first.dt[0]))
     Phi = problem.plan.discretised(process, first.inputs[0], first.dt[0], doublings)[0]
-    for state, slot in enumerate(problem.plan.slots):
-        if slot < 0:
-            continue
-        delta = np.zeros(3 * len(problem.provider.slots))
-        delta[slot] = SIZE
-        _, moved = _rows(problem, first, first.provider.correct(first.state, delta))
+    correction = SIZE * problem.plan.correction.evaluate(problem.plan.layout.complete(first.row))
+    for state in np.flatnonzero(problem.plan.corrected):
+        _, moved = _rows(problem, first, first.provider.correct(first.state, correction[:, state]))
         for m in problem.plan.measurements:
             seen = _innovation(m, moved) - _innovation(m, end)
             H = m.H.evaluate(end)

@@ -100,7 +100,7 @@ def test_equal_models_make_equal_plans_with_one_hash(model: Make, plan: Lower) -
         lambda p: replace(p, states=(*p.states[:-1], "other")),
         lambda p: replace(p, measurements=(replace(p.measurements[0], gate=0.99),)),
         lambda p: replace(p, measurements=(replace(p.measurements[0], density=True),)),
-        lambda p: replace(p, slots=(-1, *p.slots[1:])),
+        lambda p: replace(p, correction=replace(p.correction, monomials=p.correction.monomials[1:])),
         lambda p: replace(p, prior=p.prior.select(range(8))),
     ],
 )
@@ -199,11 +199,11 @@ def test_a_variable_that_the_provider_does_not_make_is_named(model: Make, plan: 
     assert "fix_nominal" in str(caught.value)
 
 
-def test_corrections_go_to_the_slot_of_their_quantity_and_axis(model: Make, plan: Lower) -> None:
-    made = plan(model())
-    assert made.slots == (0, 1, 2, 3, 4, 5, -1, -1, -1)
+def test_states_with_a_slot_are_those_that_are_reset(model: Make, plan: Lower) -> None:
+    assert plan(model()).corrected == (True,) * 6 + (False,) * 3
     flat = plan(DropStates(("v[N]", "phi[E]")).apply(model(), {"gravity": np.array(9.8)})[0])
-    assert flat.slots == (0, 2, 4, 5, -1, -1, -1)
+    assert flat.corrected == (True,) * 4 + (False,) * 3
+    assert flat.correction.shape == (6, 7)
 
 
 def test_the_gate_is_a_quantile_of_chi_square_for_what_is_usable(model: Make, plan: Lower) -> None:
