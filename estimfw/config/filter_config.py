@@ -56,7 +56,9 @@ class Correlation(Settings):
 class PriorConfig(Settings):
     """What the prior holds besides the sigmas of the blocks."""
 
-    correlations: Annotated[tuple[Correlation, ...], Strict(False)] = ()
+    correlations: Annotated[
+        tuple[Correlation, ...], Strict(False), Field(description="of pairs of states; independent where none is given")
+    ] = ()
 
 
 class FilterConfig(Settings):
@@ -69,16 +71,18 @@ class FilterConfig(Settings):
     estimfw: Annotated[Literal[1], Field(description="version of the config language")]
     name: str = Field(default="", max_length=200, description="for people")
     extends: str | None = Field(default=None, description="a config that this one is laid over")
-    site: Site | None = None
-    nominal: Section | None = None
-    initial_attitude: OptionalKind | None = None
-    blocks: dict[Identifier, Section] = Field(min_length=1)
-    process: dict[Identifier, Section] = {}
-    inputs: dict[Identifier, Section] = {}
-    measurements: dict[Identifier, Section] = {}
-    prior: PriorConfig | None = None
-    policies: Annotated[tuple[PolicySection, ...], Strict(False)] = ()
-    estimator: Section | None = None
-    monitors: dict[Identifier, Section] = {}
-    source: Section | None = None
+    site: Site | None = Field(default=None, description="place on the Earth")
+    nominal: Section | None = Field(default=None, description="what makes the operating point (left out: nothing does)")
+    initial_attitude: OptionalKind | None = Field(default=None, description="where the nominal starts: given, or found")
+    blocks: dict[Identifier, Section] = Field(min_length=1, description="groups of states, by name, in their order")
+    process: dict[Identifier, Section] = Field(default={}, description="what drives the states, by name")
+    inputs: dict[Identifier, Section] = Field(default={}, description="known inputs, by name")
+    measurements: dict[Identifier, Section] = Field(default={}, description="what is measured of the states, by name")
+    prior: PriorConfig | None = Field(default=None, description="what is known at the start besides the blocks' sigmas")
+    policies: Annotated[
+        tuple[PolicySection, ...], Strict(False), Field(description="reductions of the model, applied in this order")
+    ] = ()
+    estimator: Section | None = Field(default=None, description="the algorithm and its settings (left out: kalman)")
+    monitors: dict[Identifier, Section] = Field(default={}, description="checks of the record before the run, by name")
+    source: Section | None = Field(default=None, description="where the record comes from: a log, or a simulation")
     aiding: dict[Identifier, Section] = Field(default={}, description="further sources, whose streams join the record")

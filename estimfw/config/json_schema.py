@@ -71,7 +71,7 @@ def filter_schema(registry: Registry) -> dict[str, Any]:
         names |= {pattern: {"$ref": f"#/$defs/{named}"} for pattern in names}
         properties[section]["additionalProperties"] = False
     for section, single in _SINGLE.items():
-        properties[section] = {"$ref": f"#/$defs/{single}"}
+        properties[section] = {"$ref": f"#/$defs/{single}", "description": properties[section]["description"]}
     properties["policies"]["items"] = {"anyOf": [{"enum": list(registry.ids("policy"))}, {"$ref": "#/$defs/policy"}]}
     schema["anyOf"] = [{"required": schema.pop("required")}, {"required": ["extends"]}]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "estimfw filter config"}

@@ -71,8 +71,14 @@ Identifier = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z][A
 class Site(Settings):
     """A place on the Earth: geodetic latitude and longitude (rad), height above the ellipsoid (m)."""
 
-    latitude: Annotated[float, quantity("rad", minimum="-90 deg", maximum="90 deg", examples=("34 deg", "0.6 rad"))]
+    latitude: Annotated[
+        float,
+        quantity("rad", minimum="-90 deg", maximum="90 deg", examples=("34 deg", "0.6 rad")),
+        Field(description="geodetic, positive north"),
+    ]
     longitude: Annotated[
-        float, quantity("rad", minimum="-180 deg", maximum="360 deg", examples=("75 deg", "-1.3 rad"))
+        float,
+        quantity("rad", minimum="-180 deg", maximum="360 deg", examples=("75 deg", "-1.3 rad")),
+        Field(description="positive east"),
     ] = 0.0
-    height: Annotated[float, quantity("m")] = 0.0
+    height: Annotated[float, quantity("m"), Field(description="above the ellipsoid")] = 0.0

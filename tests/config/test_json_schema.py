@@ -66,3 +66,16 @@ def test_every_component_brings_its_keys_under_its_kind() -> None:
     assert definitions["estimator:kalman"]["properties"]["kind"]["const"] == "kalman"
     assert "covariance" in definitions["estimator:kalman"]["properties"]
     assert {"$ref": "#/$defs/block:random_walk"} in definitions["block"]["anyOf"]
+
+
+def test_every_setting_says_what_it_means() -> None:
+    """The descriptions are the reference of the config language: also what editors show."""
+    schema = filter_schema(load_plugins(core_components(), []))
+    models = {"": schema} | schema["$defs"]
+    silent = [
+        f"{name}.{key}"
+        for name, model in models.items()
+        for key, setting in model.get("properties", {}).items()
+        if "quantity in" in setting.get("description", "quantity in")
+    ]
+    assert silent == []

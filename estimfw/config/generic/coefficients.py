@@ -15,10 +15,10 @@ __all__ = ["CoefficientText", "VariableCoefficient", "coefficient_of"]
 class VariableCoefficient(Settings):
     """``{skew: f_n, times: -2}``: exactly one of skew, matrix, scalar; ``times`` multiplies it."""
 
-    skew: str | None = None
-    matrix: str | None = None
-    scalar: str | None = None
-    times: Number = 1.0
+    skew: Annotated[str | None, Field(description="vector variable v of the nominal: the matrix of v x")] = None
+    matrix: Annotated[str | None, Field(description="matrix variable of the nominal")] = None
+    scalar: Annotated[str | None, Field(description="scalar variable of the nominal, times the identity")] = None
+    times: Annotated[Number, Field(description="a number that multiplies it")] = 1.0
 
 
 Row = Annotated[tuple[Number, ...], Strict(False)]

@@ -11,16 +11,18 @@ from estimfw.plan.discretisation import Discretisation
 
 __all__ = ["DiscretisationConfig", "KalmanConfig", "kalman"]
 
-Probability = Annotated[Number, Field(gt=0.0, lt=1.0, description="probability of the chi-square gate, such as 0.999")]
+Probability = Annotated[Number, Field(gt=0.0, lt=1.0, description="such as 0.999")]
 
 
 class DiscretisationConfig(Settings):
     """Van Loan (exact), or series: Phi to dt**phi_order, Q to dt**q_order (1: Q = D dt)."""
 
-    method: Literal["van_loan", "series"] = "van_loan"
-    phi_order: Annotated[int, Strict(), Field(ge=1, le=12)] = 2
-    q_order: Annotated[int, Strict(), Field(ge=1, le=12)] = 1
-    evaluation: Literal["start", "middle", "end"] = "middle"
+    method: Annotated[Literal["van_loan", "series"], Field(description="exact, or a series in dt")] = "van_loan"
+    phi_order: Annotated[int, Strict(), Field(ge=1, le=12, description="of the series: Phi up to dt to this power")] = 2
+    q_order: Annotated[int, Strict(), Field(ge=1, le=12, description="of the series: Q up to dt to this power")] = 1
+    evaluation: Annotated[
+        Literal["start", "middle", "end"], Field(description="where in a step the dynamics are evaluated")
+    ] = "middle"
 
 
 class KalmanConfig(Settings):
@@ -31,14 +33,34 @@ class KalmanConfig(Settings):
     """
 
     kind: Literal["kalman"] = "kalman"
-    covariance: Literal["ud", "joseph"] = "ud"
-    loop: Literal["open", "closed"] = "open"
-    kernel: Literal["auto", "numpy", "numba"] = "auto"
-    discretisation: DiscretisationConfig = DiscretisationConfig()
-    gate: Probability | None = None
-    gates: dict[str, Probability | None] = {}
-    restarts: Annotated[tuple[Annotated[float, positive_quantity("s")], ...], Strict(False)] = ()
-    covariance_samples: Annotated[int, Strict(), Field(ge=2, le=100_000)] = 200
+    covariance: Annotated[
+        Literal["ud", "joseph"],
+        Field(description="form of the covariance: factors U D U', or full with Joseph's update"),
+    ] = "ud"
+    loop: Annotated[
+        Literal["open", "closed"], Field(description="closed: each step's estimate corrects the nominal provider")
+    ] = "open"
+    kernel: Annotated[
+        Literal["auto", "numpy", "numba"],
+        Field(description="plain or compiled recursion; auto: by the length of the run"),
+    ] = "auto"
+    discretisation: Annotated[DiscretisationConfig, Field(description="how Phi and Q come from the dynamics")] = (
+        DiscretisationConfig()
+    )
+    gate: Annotated[
+        Probability | None, Field(description="chi-square gate of all measurements: fuse what is this probable or more")
+    ] = None
+    gates: Annotated[
+        dict[str, Probability | None], Field(description="by measurement, instead of gate; null: none")
+    ] = {}
+    restarts: Annotated[
+        tuple[Annotated[float, positive_quantity("s")], ...],
+        Strict(False),
+        Field(description="instants at which the nominal is corrected and the filter starts anew from its prior"),
+    ] = ()
+    covariance_samples: Annotated[
+        int, Strict(), Field(ge=2, le=100_000, description="how many full covariances the result keeps")
+    ] = 200
 
 
 def kalman(cfg: KalmanConfig) -> Discretisation:

@@ -23,7 +23,9 @@ class LogConfig(Settings):
     """``streams`` holds one file for each stream that the measurements read (left out of a measurement: its own name)."""
 
     kind: Literal["log"]
-    streams: Annotated[dict[Identifier, LogStreamConfig], Field(min_length=1)]
+    streams: Annotated[
+        dict[Identifier, LogStreamConfig], Field(min_length=1, description="a file for each, by the name of the stream")
+    ]
 
 
 @dataclass(frozen=True, slots=True)

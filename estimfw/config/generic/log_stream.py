@@ -36,15 +36,17 @@ class LogStreamConfig(Settings):
     file: Annotated[str, Field(description="path of the file")]
     format: Annotated[Literal["auto", "csv", "npz"], Field(description="auto: by the suffix")] = "auto"
     time: Annotated[str | None, Field(description="column of the time stamps (CSV: time, NPZ: t)")] = None
-    time_unit: str = "s"
-    units: dict[str, str] = {}
-    rate: (
-        Annotated[float, positive_quantity("Hz"), Field(description="nominal; the time stamps must show it")] | None
-    ) = None
-    start: Annotated[float, quantity("s"), Field(description="rows after this instant")] | None = None
-    stop: Annotated[float, quantity("s"), Field(description="rows up to this instant")] | None = None
-    separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
-    decimal: Literal[".", ","] = "."
+    time_unit: Annotated[str, Field(description="unit of the time stamps, such as ms")] = "s"
+    units: Annotated[
+        dict[str, str], Field(description="unit of a column where it is not SI, by the column's name")
+    ] = {}
+    rate: Annotated[
+        Annotated[float, positive_quantity("Hz")] | None, Field(description="nominal; the time stamps must show it")
+    ] = None
+    start: Annotated[Annotated[float, quantity("s")] | None, Field(description="rows after this instant")] = None
+    stop: Annotated[Annotated[float, quantity("s")] | None, Field(description="rows up to this instant")] = None
+    separator: Annotated[str, Field(min_length=1, max_length=1, description="between the columns of a table")] = ","
+    decimal: Annotated[Literal[".", ","], Field(description="decimal mark in a table")] = "."
     time_errors: Annotated[TimeErrors, Field(description="what becomes of rows that go back in time")] = "error"
 
 

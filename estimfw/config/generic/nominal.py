@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Strict
+from pydantic import Field, Strict
 
 from estimfw.config.types import Number, Settings, Site
 from estimfw.data.record import Record
@@ -23,7 +23,10 @@ class ConstantNominalConfig(Settings):
     """``values``: a number, a vector or a matrix (SI) for each variable."""
 
     kind: Literal["constant"] = "constant"
-    values: dict[str, Number | Row | Annotated[tuple[Row, ...], Strict(False)]] = {}
+    values: Annotated[
+        dict[str, Number | Row | Annotated[tuple[Row, ...], Strict(False)]],
+        Field(description="by name: a number, a list, or a list of rows, in SI"),
+    ] = {}
 
 
 @dataclass(frozen=True, slots=True)

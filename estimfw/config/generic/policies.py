@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Strict
+from pydantic import Field, Strict
 
 from estimfw.config.types import Names, Number, Settings
 from estimfw.policies.change import Policy
@@ -32,37 +32,41 @@ class DropTermConfig(Settings):
     """Drop process terms by label."""
 
     kind: Literal["drop_term"]
-    terms: Names
+    terms: Annotated[Names, Field(description="labels of process terms")]
 
 
 class DropStatesConfig(Settings):
     """Drop states (``velocity_error[U]``) or whole blocks."""
 
     kind: Literal["drop_states"]
-    states: Names
+    states: Annotated[Names, Field(description="state labels such as velocity_error[U], or names of blocks")]
 
 
 class ExpressInFrameConfig(Settings):
     """Express a block in another frame."""
 
     kind: Literal["express_in_frame"]
-    block: str
-    frame: str
+    block: Annotated[str, Field(description="name of the block, with all its axes still there")]
+    frame: Annotated[str, Field(description="the frame it shall be in")]
 
 
 class FixNominalConfig(Settings):
     """Hold a nominal variable at numbers (SI) or other scalar variables, row by row."""
 
     kind: Literal["fix_nominal"]
-    variable: str
-    values: Annotated[tuple[Number | str, ...], Strict(False)]
+    variable: Annotated[str, Field(description="of the nominal, such as f_n")]
+    values: Annotated[
+        tuple[Number | str, ...],
+        Strict(False),
+        Field(description="its scalars row by row: numbers in SI, or names of scalar variables such as gravity"),
+    ]
 
 
 class PruneUnobservableConfig(Settings):
     """Delete what cannot be determined; blocks or states in ``protect`` are never touched."""
 
     kind: Literal["prune_unobservable"]
-    protect: Names = ()
+    protect: Annotated[Names, Field(description="blocks or states that stay")] = ()
 
 
 def drop_term(cfg: DropTermConfig) -> Policy:

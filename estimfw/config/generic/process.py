@@ -24,11 +24,13 @@ class CoupleConfig(Settings):
     """
 
     kind: Literal["couple"]
-    target: str
-    source: str
+    target: Annotated[str, Field(description="block whose rate it is")]
+    source: Annotated[str, Field(description="block, noise input or known input that drives it")]
     coefficient: CoefficientText = Field(default=1.0)
-    frame: str | None = None
-    text: str = ""
+    frame: Annotated[str | None, Field(description="frame in which the coefficient acts (left out: the target's)")] = (
+        None
+    )
+    text: Annotated[str, Field(description="what it is, for people")] = ""
 
 
 def couple(name: str, cfg: CoupleConfig, context: Any) -> ProcessParts:
@@ -46,17 +48,19 @@ def couple(name: str, cfg: CoupleConfig, context: Any) -> ProcessParts:
 class ScheduleStep(Settings):
     """From ``time`` on, the input has this value (one for each axis, or one for all)."""
 
-    time: Annotated[float, quantity("s")] = 0.0
-    value: Values
+    time: Annotated[float, quantity("s"), Field(description="from when on, in the record's time")] = 0.0
+    value: Annotated[Values, Field(description="one for all axes, or one for each")]
 
 
 class ScheduleConfig(Settings):
     """A known input that is constant over steps; zero before the first."""
 
     kind: Literal["schedule"]
-    unit: str = "1"
-    axes: Names = ()
-    steps: Annotated[tuple[ScheduleStep, ...], Strict(False), Field(min_length=1)]
+    unit: Annotated[str, Field(description="SI unit of the values; 1 is none")] = "1"
+    axes: Annotated[Names, Field(description="names of its components (left out: one)")] = ()
+    steps: Annotated[
+        tuple[ScheduleStep, ...], Strict(False), Field(min_length=1, description="values over time, in its order")
+    ]
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

@@ -32,11 +32,14 @@ class SimulateModelConfig(Settings):
     """
 
     kind: Literal["simulate_model"]
-    duration: Annotated[float, positive_quantity("s")]
-    rate: Annotated[float, positive_quantity("Hz")]
-    rates: dict[str, Annotated[float, positive_quantity("Hz")]] = {}
-    noise: bool = True
-    seed: Annotated[int, Strict(), Field(ge=0)] = 1
+    duration: Annotated[float, positive_quantity("s"), Field(description="of the simulated record")]
+    rate: Annotated[float, positive_quantity("Hz"), Field(description="of the readings")]
+    rates: Annotated[
+        dict[str, Annotated[float, positive_quantity("Hz")]],
+        Field(description="by measurement, where it differs from rate"),
+    ] = {}
+    noise: Annotated[bool, Field(description="false: no noise, and the start at the prior's mean")] = True
+    seed: Annotated[int, Strict(), Field(ge=0, description="of all random numbers")] = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from estimfw.config.types import Names, Settings
 from estimfw.policies.change import Policy
@@ -38,14 +40,17 @@ class BiasInNavigationFrameConfig(Settings):
     """Estimate the equivalent biases in n instead of b, constant there: right for a base that does not turn."""
 
     kind: Literal["sins_static.bias_in_navigation_frame"]
-    blocks: Names = ("accel_bias", "gyro_bias")
+    blocks: Annotated[Names, Field(description="blocks of the body frame")] = ("accel_bias", "gyro_bias")
 
 
 class RemoveVerticalChannelConfig(Settings):
     """Drop the vertical velocity error and the vertical accelerometer bias; the mechanization holds V_U at 0."""
 
     kind: Literal["sins_static.remove_vertical_channel"]
-    states: Names = ("velocity_error[U]", "accel_bias[U]")
+    states: Annotated[Names, Field(description="labels of the vertical states")] = (
+        "velocity_error[U]",
+        "accel_bias[U]",
+    )
 
 
 class ConstantSpecificForceConfig(Settings):
@@ -58,7 +63,7 @@ class PruneUnobservableConfig(Settings):
     """Delete the states that are least determined even with perfect knowledge of the observable part."""
 
     kind: Literal["sins_static.prune_unobservable"]
-    protect: Names = ("attitude_error",)
+    protect: Annotated[Names, Field(description="blocks or states that stay")] = ("attitude_error",)
 
 
 def remove_coriolis(cfg: RemoveCoriolisConfig) -> Policy:
