@@ -18,7 +18,7 @@ _METHODS: dict[Role, tuple[tuple[str, ...], ...]] = {
     "nominal": (("variables", "reference", "start", "bind"),),
     "initial": (("find", "reference"),),
     "source": (("load",), ("load_for",)),
-    "monitor": (("inspect",),),
+    "monitor": (("inspect",), ("inspect_for",)),
 }
 _TYPES: dict[Role, type] = {
     "block": BlockParts, "process": ProcessParts, "measurement": Measurement, "input": KnownInput,
@@ -94,7 +94,7 @@ def _numbers(made: Any) -> Iterator[tuple[str, Any, tuple[int, ...]]]:
     if isinstance(made, Measurement):
         n = len(made.all_rows)
         yield "covariance", made.covariance, (n, n)
-    if isinstance(made, KnownInput):
+    if isinstance(made, KnownInput) and made.stream is None:
         yield "values", made.values, (len(made.times), len(made.axes))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pluggy
 
 from estimfw.registry.component import Component
-from estimfw_sins_static import blocks, motion, phi_angle, policies, simulate, zero_velocity
+from estimfw_sins_static import blocks, motion, phi_angle, policies, sensor_noise, simulate, zero_velocity
 
 __all__ = ["ESTIMFW_API", "estimfw_components"]
 
@@ -46,4 +46,8 @@ def estimfw_components() -> list[Component]:
         ),
         Component("source", "simulate", simulate.SimulateConfig, simulate.simulate, "the paper's experiment"),
         Component("monitor", "motion", motion.MotionConfig, motion.motion, "flags a vehicle that moves"),
+        Component(
+            "monitor", "sensor_noise", sensor_noise.SensorNoiseConfig, sensor_noise.sensor_noise,
+            "flags sensors that are noisier than the model has them",
+        ),
     ]  # fmt: skip
