@@ -17,6 +17,9 @@ __all__ = ["NumpyScan"]
 
 FloatArray = NDArray[np.float64]
 
+#: Matrices that are kept for steps of one length and input; a measured input rarely has one value twice.
+MOST_TABLES = 1_000
+
 
 class NumpyScan:
     """A plan bound to its provider and its start.
@@ -102,7 +105,7 @@ class NumpyScan:
         made = self.plan.discretised(row, u, np.array(dt), self.doublings(dt))
         if not np.all(np.isfinite(made[0])):
             raise NumericalError("the transition matrix is not finite", hint="the dynamics are too stiff for the step")
-        if self.plan.time_invariant:
+        if self.plan.time_invariant and len(self.tables) < MOST_TABLES:
             self.tables[key] = made
         return made
 

@@ -112,16 +112,19 @@ class NoiseInput:
 
 @dataclass(frozen=True, slots=True)
 class KnownInput:
-    """A source with known values: constant over steps of a schedule.
+    """A source with known values: constant over steps of a schedule, or the last reading of a stream.
 
     ``times`` (s) are the instants from which ``values`` (one row an instant, SI) hold; before the first the input is zero.
+    Readings belong to a record: of an input that is measured stand here the ``stream`` and its ``columns``, one an axis.
     """
 
     name: str
     axes: tuple[str, ...]
     unit: str
-    times: tuple[float, ...]
-    values: tuple[tuple[float, ...], ...]
+    times: tuple[float, ...] = ()
+    values: tuple[tuple[float, ...], ...] = ()
+    stream: str | None = None
+    columns: tuple[str, ...] = ()
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -13,11 +13,12 @@ from estimfw.data.timeline import Steps, Wanted, driven_steps, merged_steps
 from estimfw.errors import DataError
 from estimfw.estimators.scan import Chunk, FilterState, row_offsets
 from estimfw.model.nominal import BoundProvider, InitialNominal
-from estimfw.plan.inputs import inputs_at
+from estimfw.plan.inputs import InputValues, inputs_at
 from estimfw.plan.plan import Plan
 from estimfw.registry.contract import plugin_code
 from estimfw.run.found_start import with_found_covariance
 from estimfw.run.guard import GuardedProvider, check_findings
+from estimfw.run.held_inputs import missing_readings, recorded_inputs
 from estimfw.run.kernel_choice import Scan, chosen_scan, slow_kernel_events
 
 __all__ = ["Prepared", "filter_start", "make_chunk", "prepare"]
@@ -29,7 +30,8 @@ FloatArray = NDArray[np.float64]
 class Prepared:
     """A filter ready to run.
 
-    ``start`` and ``state`` are where it begins; ``steps`` is the timeline; ``events`` is what was found before the run.
+    ``start`` and ``state`` are where it begins; ``steps`` is the timeline; ``events`` is what was found before the run;
+    ``inputs`` are the known inputs over the record.
     """
 
     problem: Problem
@@ -42,6 +44,7 @@ class Prepared:
     state: FilterState
     prior: tuple[FloatArray, FloatArray]
     events: tuple[Event, ...]
+    inputs: tuple[InputValues, ...]
 
 
 def prepare(problem: Problem, record: Record) -> Prepared:
@@ -58,12 +61,14 @@ def prepare(problem: Problem, record: Record) -> Prepared:
     with plugin_code(problem.owners.get("nominal"), "start() of 'nominal'"):
         start = problem.provider.start(given, record)
     bound = _bound(problem)
-    steps = _until(_timeline(problem, record, start, found), found)
+    inputs = recorded_inputs(problem.plan.inputs, record)
+    steps = _until(_timeline(problem, record, start, found, inputs), found)
+    missing = missing_readings(problem.plan.inputs, inputs, steps.start)
     row = bound.initial_row(start) if bound is not None else problem.plan.layout.pack(problem.reference)
     scan, state, prior = filter_start(problem, bound, start, row, steps)
     slow = slow_kernel_events(problem, bound, len(steps))
-    events = (*record.events, *start.events, *(e for f in found for e in f.events), *steps.events, *slow)
-    return Prepared(problem, problem.plan, record, start, bound, steps, scan, state, prior, events)
+    events = (*record.events, *start.events, *(e for f in found for e in f.events), *steps.events, *missing, *slow)
+    return Prepared(problem, problem.plan, record, start, bound, steps, scan, state, prior, events, inputs)
 
 
 def _findings(problem: Problem, record: Record) -> list[Findings]:
@@ -86,13 +91,15 @@ def _bound(problem: Problem) -> BoundProvider | None:
     return GuardedProvider(bound, owner, problem.provider.kind, problem.plan.layout.provided)
 
 
-def _timeline(problem: Problem, record: Record, start: InitialNominal, found: list[Findings]) -> Steps:
+def _timeline(
+    problem: Problem, record: Record, start: InitialNominal, found: list[Findings], inputs: tuple[InputValues, ...]
+) -> Steps:
     plan = problem.plan
     wanted = [Wanted(m.name, m.stream, m.every) for m in plan.measurements]
     restarts = [*problem.estimator.restarts, *(t for f in found for t in f.restarts)]
     driver = problem.provider.stream
     if driver is None:
-        instants = [t for known in plan.inputs for t in known.times]
+        instants = [float(t) for values in inputs for t in values.time]
         return merged_steps(record.streams, wanted, instants=instants, start=start.time, restarts=restarts)
     if driver not in record.streams:
         raise DataError(
@@ -150,7 +157,7 @@ def _form(problem: Problem, covariance: FloatArray) -> FloatArray:
 
 def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:
     """Inputs of steps ``first`` up to (not including) ``last``."""
-    steps, plan = prepared.steps, prepared.plan
+    steps = prepared.steps
     own = slice(first, last)
     if prepared.bound is not None:
         stream = prepared.record.streams[str(prepared.problem.provider.stream)]
@@ -159,7 +166,7 @@ def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:
         samples = np.zeros((last - first, 1))
     begin = steps.time[own] - steps.dt[own]
     readings, due, interval = _readings(prepared, own)
-    return Chunk(samples, steps.dt[own], steps.restart[own], inputs_at(plan, begin), readings, due, interval)
+    return Chunk(samples, steps.dt[own], steps.restart[own], inputs_at(prepared.inputs, begin), readings, due, interval)
 
 
 def _readings(prepared: Prepared, own: slice) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:

@@ -20,7 +20,7 @@ from estimfw.errors import DataError, UsageError
 from estimfw.estimators.scan import Chunk, ChunkResult, refuse_lost, row_offsets
 from estimfw.kernels.fuse import LATE, MEANINGS
 from estimfw.model.nominal import InitialNominal
-from estimfw.plan.inputs import inputs_at
+from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.outputs import output_values
 from estimfw.run.prepare import filter_start
 from estimfw.run.waiting_rows import DueRow, WaitingRows
@@ -87,7 +87,9 @@ class Session:
         self._begin, self._steps, self._last = time, 0, None
         self._samples: list[FloatArray] = []
         self._stamps: list[float] = []
-        self._rows = WaitingRows(self._plan.measurements, time, self._periods)
+        measured = [known for known in self._plan.inputs if known.stream is not None]
+        self._rows = WaitingRows((*self._plan.measurements, *measured), time, self._periods)
+        self._inputs = HeldInputs(self._plan.inputs, self._rows.columns)
         self._late: set[str] = set()
         self._counts: dict[str, Counter[str]] = {m.name: Counter() for m in self._plan.measurements}
         self._ticks = dict.fromkeys((m.name for m in self._plan.measurements), 0)
@@ -121,7 +123,7 @@ class Session:
         Raises
         ------
         UsageError
-            No measurement reads that stream.
+            Neither a measurement nor an input reads that stream.
         DataError
             Other values than the columns, or a second row at the same time that differs.
         """
@@ -137,6 +139,8 @@ class Session:
                     self._counts[m.name][MEANINGS[LATE]] += 1
         elif not self._rows.add(stream, time, row):
             self.events.append(Event(time, stream, "duplicate", "identical rows are used once"))
+        else:
+            self._inputs.add(stream, time, row)
 
     def push(self, time: float, sample: ArrayLike) -> Estimate | None:
         """Hand over a row of the driving stream (an IMU's increments); a step is done when enough of them are there.
@@ -204,7 +208,7 @@ class Session:
     def _instants(self, time: float) -> list[float]:
         """Ends of the steps up to a time, the time itself included."""
         rows = [max(t, self.time) for t in self._rows.instants(time)]
-        ahead = [*self._restarts, *(t for known in self._plan.inputs for t in known.times)]
+        ahead = [*self._restarts, *self._inputs.instants]
         for every in {m.every for m in self._plan.measurements if m.every is not None}:
             done = int(np.floor((self.time - self._begin) / every + 1e-6))
             last = int(np.floor((time - self._begin) / every + 1e-9))
@@ -225,7 +229,7 @@ class Session:
         if restart:
             self._restarts = [t for t in self._restarts if t > self.time + SAME]
         readings, due, interval = self._due(time, dt, self._rows.take(time))
-        inputs = inputs_at(self._plan, np.array([time - dt]))
+        inputs = self._inputs.take(time - dt)
         chunk = Chunk(samples, np.array([dt]), np.array([restart]), inputs, readings, due, interval)
         self._state, result = self._scan.run(self._state, chunk)
         refuse_lost(self._plan, result, self._steps, np.array([time]))
@@ -247,7 +251,7 @@ class Session:
                 readings[0, offsets[j] : offsets[j + 1]] = row.values[columns]
                 due[0, j], interval[0, j] = True, row.interval
         for stream, row in rows.items():
-            if row.superseded:
+            if row.superseded and any(m.stream == stream for m in self._plan.measurements):
                 text = "more than one row in a step: the last one is used"
                 self.events.append(Event(row.time, stream, "crowded", text, row.superseded))
         return readings, due, interval

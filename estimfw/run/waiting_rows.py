@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from estimfw.data.record import SAME
 from estimfw.errors import DataError, UsageError
+from estimfw.model.parts import KnownInput
 from estimfw.plan.plan import MeasurementPlan
 
 __all__ = ["DueRow", "WaitingRows"]
@@ -32,16 +33,18 @@ class WaitingRows:
 
     Parameters
     ----------
-    measurements : sequence of MeasurementPlan
+    readers : sequence of MeasurementPlan and KnownInput
         Those that read a stream say which streams there are, and with which columns.
     begin : float, s
     periods : mapping of str to float, s
         Nominal interval of the streams where it is known; else the time since the row before.
     """
 
-    def __init__(self, measurements: Sequence[MeasurementPlan], begin: float, periods: Mapping[str, float]) -> None:
+    def __init__(
+        self, readers: Sequence[MeasurementPlan | KnownInput], begin: float, periods: Mapping[str, float]
+    ) -> None:
         self.columns: dict[str, tuple[str, ...]] = {}
-        for m in measurements:
+        for m in readers:
             if m.stream is not None:
                 self.columns[m.stream] = tuple(dict.fromkeys((*self.columns.get(m.stream, ()), *m.columns)))
         self.periods = periods
@@ -54,13 +57,13 @@ class WaitingRows:
         Raises
         ------
         UsageError
-            No measurement reads that stream.
+            Nothing reads that stream.
         DataError
             Other values than the columns.
         """
         if stream not in self.columns:
             known = ", ".join(sorted(self.columns)) or "none"
-            raise UsageError(f"no measurement reads the stream {stream!r}", hint=f"streams: {known}")
+            raise UsageError(f"nothing reads the stream {stream!r}", hint=f"streams: {known}")
         columns = self.columns[stream]
         if isinstance(values, Mapping):
             if set(values) != set(columns):

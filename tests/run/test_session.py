@@ -245,7 +245,7 @@ def test_each_way_to_drive_a_session_names_the_other(example: Example) -> None:
     tracker = Session(example("tracker"))
     with pytest.raises(UsageError, match=r"no driving stream[\s\S]*advance"):
         tracker.push(1.0, [1.0])
-    with pytest.raises(UsageError, match=r"no measurement reads the stream 'gps'[\s\S]*fix, speed"):
+    with pytest.raises(UsageError, match=r"nothing reads the stream 'gps'[\s\S]*fix, speed"):
         tracker.measure("gps", 1.0, [1.0])
     with pytest.raises(DataError, match=r"1 values where 2 are due[\s\S]*in the order x, y"):
         tracker.measure("fix", 1.0, [1.0])

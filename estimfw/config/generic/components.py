@@ -20,6 +20,7 @@ def core_components() -> list[Component]:
         ),
         Component("process", "couple", process.CoupleConfig, process.couple, "target' += coefficient @ source"),
         Component("input", "schedule", process.ScheduleConfig, process.schedule, "a known input, constant over steps"),
+        Component("input", "measured", process.MeasuredConfig, process.measured, "a known input, the last reading of a stream"),
         Component("measurement", "direct", direct.DirectConfig, direct.direct, "selected states, read from a stream"),
         Component("policy", "drop_term", policies.DropTermConfig, policies.drop_term, "drop process terms by label"),
         Component("policy", "drop_states", policies.DropStatesConfig, policies.drop_states, "drop states or blocks"),

@@ -42,16 +42,18 @@ class LogSource:
         DataError
             A file that cannot be read or trusted.
         ConfigError
-            A unit for a column that no measurement reads, or one of the wrong dimension.
+            A unit for a column that nothing reads, or one of the wrong dimension.
         """
         del row
         streams: dict[str, Stream] = {}
         events: list[Event] = []
         files: dict[str, object] = {}
+        readers = [(m.stream, m.columns, m.unit) for m in plan.measurements]
+        readers += [(known.stream, known.columns, known.unit) for known in plan.inputs]
         for name, cfg in self.streams.items():
-            needed = {c: m.unit for m in plan.measurements if m.stream == name for c in m.columns}
+            needed = {c: unit for stream, columns, unit in readers if stream == name for c in columns}
             if not needed:
-                events.append(Event(float("nan"), name, "unused", "no measurement reads this stream"))
+                events.append(Event(float("nan"), name, "unused", "nothing reads this stream"))
                 continue
             try:
                 streams[name], found, files[name] = read_stream(name, cfg, needed)
@@ -60,10 +62,10 @@ class LogSource:
                 raise
             events.extend(found)
         if not streams:
-            read = sorted({str(m.stream) for m in plan.measurements if m.stream})
+            read = sorted({stream for stream, _, _ in readers if stream})
             own = next(iter(self.streams))
             near = f"{did_you_mean(own, read)}; or give a measurement `stream: {own}`"
-            raise ConfigError("no measurement reads any of the streams", hint=near, within=("streams",))
+            raise ConfigError("nothing reads any of the streams", hint=near, within=("streams",))
         return Record(streams, events=tuple(events), attributes={"source": "log", "files": files})
 
 

@@ -28,7 +28,7 @@ _TIME = {"csv": "time", "npz": "t"}
 
 
 class LogStreamConfig(Settings):
-    """A text table with a header line of column names, or a NumPy archive; columns that no measurement reads are ignored.
+    """A text table with a header line of column names, or a NumPy archive; columns that nothing reads are ignored.
 
     A reading holds at its time stamp. ``units`` gives the unit of a column where it is not SI, by the column's name.
     """
@@ -132,7 +132,7 @@ def _scales(cfg: LogStreamConfig, needed: Mapping[str, str]) -> FloatArray:
     for column in cfg.units:
         if column not in needed:
             raise ConfigError(
-                f"no measurement reads the column {column!r}",
+                f"nothing reads the column {column!r}",
                 hint=did_you_mean(column, needed),
                 within=("units", column),
             )

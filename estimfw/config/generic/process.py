@@ -8,13 +8,13 @@ from pydantic import Field, Strict, model_validator
 
 from estimfw.config.generic.blocks import Values
 from estimfw.config.generic.coefficients import CoefficientText, coefficient_of
-from estimfw.config.generic.values import numbers_in
+from estimfw.config.generic.values import numbers_in, refuse_odd_units, refuse_twice
 from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Names, Settings, quantity
 from estimfw.errors import ConfigError
 from estimfw.model.parts import KnownInput, ProcessParts, ProcessTerm
 
-__all__ = ["CoupleConfig", "ScheduleConfig", "couple", "schedule"]
+__all__ = ["CoupleConfig", "MeasuredConfig", "ScheduleConfig", "couple", "measured", "schedule"]
 
 
 class CoupleConfig(Settings):
@@ -79,3 +79,31 @@ class ScheduleConfig(Settings):
 
 def schedule(name: str, cfg: ScheduleConfig) -> KnownInput:
     return KnownInput(name, cfg.axes or ("",), cfg.unit, tuple(step.time for step in cfg.steps), cfg.values())
+
+
+class MeasuredConfig(Settings):
+    """A known input that is read from a stream: each reading holds until the next; zero before the first."""
+
+    kind: Literal["measured"]
+    unit: Annotated[str, Field(description="SI unit of the readings; 1 is none")] = "1"
+    axes: Annotated[Names, Field(description="names of its components (left out: one)")] = ()
+    stream: Annotated[
+        str | None, Field(description="stream that holds the readings (left out: the name of this entry)")
+    ] = None
+    columns: Annotated[
+        Names, Field(description="its columns, one for each axis (left out: the axes, or this entry's name)")
+    ] = ()
+
+    @model_validator(mode="after")
+    def _sizes(self) -> Self:
+        refuse_odd_units(self.unit, "")
+        refuse_twice(self.axes, "axes")
+        if self.columns and len(self.columns) != (len(self.axes) or 1):
+            refuse(f"{len(self.columns)} columns for {len(self.axes) or 1} axes", "one for each", "columns")
+        return self
+
+
+def measured(name: str, cfg: MeasuredConfig) -> KnownInput:
+    return KnownInput(
+        name, cfg.axes or ("",), cfg.unit, stream=cfg.stream or name, columns=cfg.columns or cfg.axes or (name,)
+    )

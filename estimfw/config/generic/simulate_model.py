@@ -16,7 +16,7 @@ from estimfw.data.timeline import Steps, Wanted, merged_steps
 from estimfw.errors import ConfigError, NumericalError
 from estimfw.kernels import ud
 from estimfw.model.nominal import InitialNominal
-from estimfw.plan.inputs import inputs_at
+from estimfw.plan.inputs import input_values, inputs_at
 from estimfw.plan.plan import MeasurementPlan, Plan
 from estimfw.spelling import did_you_mean
 
@@ -64,10 +64,16 @@ class ModelSimulation:
         Raises
         ------
         ConfigError
-            The plan needs a nominal that changes, or ``rates`` names a measurement that is not there.
+            The nominal changes, an input is measured, or ``rates`` names a measurement that is not there.
         """
         if any(change == "varying" for _, _, change in plan.varying):
             raise ConfigError(f"source simulate_model cannot simulate a changing nominal: {plan.reason}")
+        for known in plan.inputs:
+            if known.stream is not None:
+                raise ConfigError(
+                    f"source simulate_model cannot make the readings of the input {known.name!r}",
+                    hint="use a schedule, or a log",
+                )
         for name in self.cfg.rates:
             if name not in {m.name for m in plan.measurements}:
                 hint = did_you_mean(name, (m.name for m in plan.measurements))
@@ -110,9 +116,10 @@ class ModelSimulation:
         F = plan.F.evaluate(row)
         states = np.empty((len(steps), len(mean)))
         begin = np.concatenate([[steps.start], steps.time[:-1]])
+        known = inputs_at([input_values(i, {}) for i in plan.inputs], begin)
         made: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
         for k, dt in enumerate(steps.dt):
-            u = inputs_at(plan, begin[k : k + 1])[0]
+            u = known[k]
             key = (float(dt), u.tobytes())
             if key not in made:
                 Phi, Q, d = plan.discretised(row, u, np.array(dt), plan.discretisation.doublings(F, float(dt)))
