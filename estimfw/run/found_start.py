@@ -47,10 +47,12 @@ def with_found_covariance(
             continue
         own = _place(model, block)
         made[own, :] = made[:, own] = 0.0
-        total = np.asarray(found, dtype=float)
+        turn = _turn(block, model, nominal)
+        total = turn @ np.asarray(found, dtype=float) @ turn.T
         for name, share in start.shares.get(block.quantity, {}).items():
             for cause in (b for b in model.blocks if b.quantity == name):
                 S, assumed = _in_frame_of(cause, share, model, nominal)
+                S = turn @ S
                 live, at = list(cause.live), _place(model, cause)
                 prior, S_live = covariance[at, at], S[:, live]
                 total = total + S_live @ (prior - assumed[np.ix_(live, live)]) @ S_live.T
@@ -69,7 +71,12 @@ def _in_frame_of(
     cause: StateBlock, share: Share, model: Model, nominal: Mapping[str, ArrayLike]
 ) -> tuple[FloatArray, FloatArray]:
     """Sensitivity to, and assumed covariance of, a cause in the frame in which its block lives now."""
-    if cause.home_frame is None or cause.frame is None or cause.frame == cause.home_frame:
-        return share.sensitivity, share.covariance
-    turn = rotation(cause.home_frame, cause.frame, model.frame_map).evaluate(nominal)
+    turn = _turn(cause, model, nominal)
     return share.sensitivity @ turn.T, turn @ share.covariance @ turn.T
+
+
+def _turn(block: StateBlock, model: Model, nominal: Mapping[str, ArrayLike]) -> FloatArray:
+    """Rotation from the frame in which a block was declared to the one in which it lives now."""
+    if block.home_frame is None or block.frame is None or block.frame == block.home_frame:
+        return np.eye(len(block.all_axes))
+    return rotation(block.home_frame, block.frame, model.frame_map).evaluate(nominal)

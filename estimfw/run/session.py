@@ -20,6 +20,7 @@ from estimfw.errors import DataError, UsageError
 from estimfw.estimators.scan import Chunk, ChunkResult, refuse_lost, row_offsets
 from estimfw.kernels.fuse import LATE, MEANINGS
 from estimfw.model.nominal import InitialNominal
+from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.outputs import output_values
 from estimfw.run.prepare import filter_start
@@ -54,7 +55,8 @@ class Session:
     problem : Problem
         Composed config; its source is not used.
     start : InitialNominal, optional
-        Where the nominal starts; needed where the config has a moving nominal and no given start.
+        Where the nominal starts; needed where the config has a moving nominal and no given start. Where an alignment has to
+        find it: ``problem.initial.find(record)`` with a record of the first samples; the session goes on from its time.
     time : float, s
         The instant of the start.
     periods : mapping of str to float, s, optional
@@ -67,6 +69,11 @@ class Session:
         Where the filter is.
     events : list of Event
         Late rows, duplicates, rows that a later one of the same step superseded.
+
+    Raises
+    ------
+    UsageError
+        The config's start is found from a record, and none is given.
     """
 
     def __init__(
@@ -76,7 +83,7 @@ class Session:
         time: float = 0.0,
         periods: Mapping[str, float] | None = None,
     ) -> None:
-        given = start if start is not None or problem.initial is None else problem.initial.reference()
+        given = start if start is not None else given_start(problem)
         self.problem, self.time, self.events = problem, time, list[Event]()
         self._plan, self._provider, self._periods = problem.plan, problem.provider, dict(periods or {})
         initial = self._provider.start(given, Record({}))

@@ -102,3 +102,14 @@ def test_level_cannot_get_better_than_the_bias_that_made_it() -> None:
     result = run_filter(one.problem, one.record)
     sigma = np.rad2deg(result["output_sigma"].sel(output="attitude.pitch").to_numpy()[-1])
     assert sigma > 0.0056
+
+
+def test_attitude_in_another_frame_has_the_found_covariance_turned_into_it() -> None:
+    plain = prepared("policies=[]")
+    turned = prepared("policies=[{kind: express_in_frame, block: attitude_error, frame: b}]")
+    C = np.asarray(plain.start.values["C_bn"])
+    for other in ("accel_bias", "gyro_bias", "velocity_error"):
+        expected = C.T @ block(plain, "attitude_error", other)
+        assert block(turned, "attitude_error", other) == pytest.approx(expected, rel=1e-9, abs=1e-18)
+    expected = C.T @ block(plain, "attitude_error", "attitude_error") @ C
+    assert block(turned, "attitude_error", "attitude_error") == pytest.approx(expected, rel=1e-9, abs=1e-18)

@@ -41,6 +41,9 @@ class CoarseAlignment:
         No site, or a pole.
     """
 
+    #: A session has no record yet: it must be given what ``find`` found.
+    needs_record = True
+
     def __init__(self, settings: CoarseConfig, site: Place | None, estimate: Estimate, name: str) -> None:
         self._settings, self._place = settings, checked_place(site)
         self._estimate, self._name = estimate, name
