@@ -72,6 +72,7 @@ class NumbaScan:
             estimate=np.empty((steps, n)),
             covariance=np.empty((steps, n, n)),
             rows=np.empty((steps, self.plan.layout.provided)),
+            provider=np.empty((steps, state.provider.shape[-1])),
             innovation=np.full((steps, rows), np.nan),
             sigma=np.full((steps, rows), np.nan),
             nis=np.full((steps, many), np.nan),
@@ -95,7 +96,7 @@ class NumbaScan:
             ),
             self.prior, self.correction,
             (
-                result.estimate, result.covariance, result.rows, result.innovation, result.sigma, result.nis,
+                result.estimate, result.covariance, result.rows, result.provider, result.innovation, result.sigma, result.nis,
                 result.disposition, result.used,
             ),
         )  # fmt: skip

@@ -62,6 +62,7 @@ class NumpyScan:
             estimate=np.empty((steps, n)),
             covariance=np.empty((steps, n, n)),
             rows=np.empty((steps, self.plan.layout.provided)),
+            provider=np.empty((steps, state.provider.shape[-1])),
             innovation=np.full((steps, rows), np.nan),
             sigma=np.full((steps, rows), np.nan),
             nis=np.full((steps, many), np.nan),
@@ -92,7 +93,7 @@ class NumpyScan:
                 x, form, fused = self._fuse(x, form, m, j, end_row, chunk, k, result)
                 any_fused = any_fused or fused
         result.estimate[k], result.covariance[k] = x, self.kernel.covariance(form)
-        result.rows[k] = end_row[: self.plan.layout.provided]
+        result.rows[k], result.provider[k] = end_row[: self.plan.layout.provided], provider
         if self.settings.closed_loop and any_fused and self.provider is not None:
             provider = self._correct(provider, x, end_row)
             x = np.where(self.corrected, 0.0, x)

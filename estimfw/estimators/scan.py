@@ -73,13 +73,14 @@ class ChunkResult:
     """Outcome of K steps.
 
     ``estimate`` (K, n) and ``covariance`` (K, n, n) after the updates of a step and *before* a correction of the provider;
-    ``rows`` (K, provided) the nominal at the end of the step, before it too. ``disposition`` (K, measurements) is -1 where none
-    was due.
+    ``rows`` (K, provided) the nominal at the end of the step and ``provider`` (K, n_state) the provider's state there, before
+    it too. ``disposition`` (K, measurements) is -1 where none was due.
     """
 
     estimate: FloatArray
     covariance: FloatArray
     rows: FloatArray
+    provider: FloatArray
     innovation: FloatArray
     sigma: FloatArray
     nis: FloatArray

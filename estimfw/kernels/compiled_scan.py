@@ -46,7 +46,7 @@ def scan(
     samples, dts, restart, inputs, readings, due, interval = chunk
     ud, closed, steady = options
     x0, form0 = prior
-    estimates, covariances, rows_out, innovations, sigmas, nises, dispositions, useds = out
+    estimates, covariances, rows_out, providers, innovations, sigmas, nises, dispositions, useds = out
     n, offsets, R = x.shape[0], measurements[0], measurements[1]
     corrected, width = correction[3], correction[4]
     delta, C = np.zeros(width), np.zeros(width * n)
@@ -75,6 +75,7 @@ def scan(
         estimates[k] = x
         covariance(form, ud, covariances[k])
         rows_out[k] = row
+        providers[k] = provider
         if not np.all(np.isfinite(x)):
             return k
         if closed and any_fused and correcting:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
@@ -124,6 +125,51 @@ class Plan:
         F, D = self.F.evaluate(rows), self.D.evaluate(rows)
         b = np.einsum("...ij,...j->...i", self.B.evaluate(rows), u)
         return self.discretisation.apply(F, D, b, dt, doublings)
+
+    def transitions(
+        self, rows: FloatArray, inputs: FloatArray, dt: FloatArray, doublings: Callable[[float], int]
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Phi, Q (K, n, n) and d (K, n) of K steps at once; those of a time-invariant plan are made once a length and input.
+
+        Parameters
+        ----------
+        rows : (K, size) array
+            Complete process rows.
+        inputs : (K, inputs) array
+        dt : (K,) array, s
+            A step of no length leaves everything as it is.
+        doublings : callable
+            Sub-steps of a step of this length, see `Discretisation.doublings`.
+        """
+        steps, n = dt.shape[0], len(self.states)
+        Phi, Q, d = np.broadcast_to(np.eye(n), (steps, n, n)).copy(), np.zeros((steps, n, n)), np.zeros((steps, n))
+        for length in np.unique(dt[dt > 0.0]):
+            own = np.flatnonzero(dt == length)
+            if self.time_invariant:
+                u, which = np.unique(inputs[own], axis=0, return_inverse=True)
+                a, q, b = self.discretised(rows[own[0]], u, np.array(length), doublings(float(length)))
+                Phi[own], Q[own] = a, q
+                d[own] = np.broadcast_to(b, (len(u), n))[which.ravel()]
+            else:
+                Phi[own], Q[own], d[own] = self.discretised(
+                    rows[own], inputs[own], np.array(length), doublings(float(length))
+                )
+        return Phi, Q, d
+
+    def design(self, rows: FloatArray) -> FloatArray:
+        """H (..., all rows of all measurements one behind the other, n) for complete nominal rows (..., size) at a step's end."""
+        lead, n = rows.shape[:-1], len(self.states)
+        return np.concatenate([np.zeros((*lead, 0, n)), *(m.H.evaluate(rows) for m in self.measurements)], axis=-2)
+
+    def noise(self, interval: FloatArray) -> FloatArray:
+        """R (K, all rows, all rows) for the intervals (K, measurements) in s that the measurements of K steps stand for."""
+        total, at = sum(m.rows for m in self.measurements), 0
+        R = np.zeros((interval.shape[0], total, total))
+        for j, m in enumerate(self.measurements):
+            own = slice(at, at + m.rows)
+            R[:, own, own] = np.array(m.R) / (interval[:, j, None, None] if m.density else 1.0)
+            at += m.rows
+        return R
 
 
 def _canonical(value: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -14,7 +14,8 @@ from estimfw.config.compose import Problem
 from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Event, Record
 from estimfw.errors import PluginError
-from estimfw.estimators.scan import ChunkResult, refuse_lost
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
+from estimfw.estimators.stretch import Stretch, Watcher
 from estimfw.run.flags import disposition_events
 from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
@@ -62,7 +63,12 @@ class Collected:
     timing: Timing
 
 
-def run_problem(problem: Problem, progress: Progress | None = None, record: Record | None = None) -> Collected:
+def run_problem(
+    problem: Problem,
+    progress: Progress | None = None,
+    record: Record | None = None,
+    watch: Callable[[Prepared], Sequence[Watcher]] | None = None,
+) -> Collected:
     """Load, prepare, run.
 
     Parameters
@@ -72,6 +78,8 @@ def run_problem(problem: Problem, progress: Progress | None = None, record: Reco
         Called with steps done and steps in all, after each chunk.
     record : Record, optional
         Instead of the one that the config's source makes.
+    watch : callable, optional
+        Makes, of the prepared run, what shall see each stretch of it.
 
     Raises
     ------
@@ -84,7 +92,7 @@ def run_problem(problem: Problem, progress: Progress | None = None, record: Reco
     prepared = prepare(problem, record)
     _refuse_too_long(prepared)
     ready = time.perf_counter()
-    pieces, filtering = _scan(prepared, progress)
+    pieces, filtering = _scan(prepared, progress, watch(prepared) if watch is not None else ())
     timing = Timing(loaded - begin, ready - loaded, filtering)
     return _collect(prepared, pieces, timing)
 
@@ -102,14 +110,15 @@ class _Piece:
     covariance: FloatArray
 
 
-def _scan(prepared: Prepared, progress: Progress | None) -> tuple[list[_Piece], float]:
+def _scan(prepared: Prepared, progress: Progress | None, watchers: Sequence[Watcher]) -> tuple[list[_Piece], float]:
     steps, state, pieces, spent = prepared.steps, prepared.state, [], 0.0
     wanted = covariance_steps(len(steps), prepared.problem.estimator.covariance_samples)
     length = chunk_length(len(prepared.plan.states))
+    covariance = prepared.prior[1]
     for first in range(0, len(steps), length):
         last = min(first + length, len(steps))
         chunk = make_chunk(prepared, first, last)
-        begin = time.perf_counter()
+        before, begin = state, time.perf_counter()
         with (
             _told_when(first, last, prepared.steps.time),
             np.errstate(over="ignore", invalid="ignore", divide="ignore"),
@@ -119,9 +128,35 @@ def _scan(prepared: Prepared, progress: Progress | None) -> tuple[list[_Piece], 
         refuse_lost(prepared.plan, result, first, prepared.steps.time[first:last])
         with _told_when(first, last, prepared.steps.time):
             pieces.append(_piece(prepared, result, first, last, wanted))
+            stretch = _stretch(prepared, chunk, result, before, covariance, prepared.steps.time[first:last])
+            for see in watchers:
+                see(stretch)
+        covariance = result.covariance[-1]
         if progress is not None:
             progress(last, len(steps))
     return pieces, spent
+
+
+def _stretch(
+    prepared: Prepared,
+    chunk: Chunk,
+    result: ChunkResult,
+    before: FilterState,
+    covariance: FloatArray,
+    time: FloatArray,
+) -> Stretch:
+    return Stretch(
+        plan=prepared.plan,
+        provider=prepared.bound,
+        chunk=chunk,
+        result=result,
+        before=before,
+        covariance_before=covariance,
+        prior=prepared.prior[1],
+        time=time,
+        doublings=prepared.scan.doublings,
+        closed_loop=prepared.problem.estimator.loop == "closed",
+    )
 
 
 @contextmanager
@@ -172,7 +207,7 @@ def _piece(prepared: Prepared, result: ChunkResult, first: int, last: int, wante
         true_outputs = np.concatenate(parts, axis=1) if parts else empty
     inside = wanted[(wanted >= first) & (wanted < last)] - first
     return _Piece(
-        result=replace(result, covariance=np.zeros((0, 0, 0)), rows=np.zeros((0, 0))),
+        result=replace(result, covariance=np.zeros((0, 0, 0)), rows=np.zeros((0, 0)), provider=np.zeros((0, 0))),
         sigma=np.sqrt(np.maximum(np.einsum("kii->ki", result.covariance), 0.0)),
         output=np.concatenate([v for v, _ in values], axis=1) if values else empty,
         output_sigma=np.concatenate([s for _, s in values], axis=1) if values else empty,
