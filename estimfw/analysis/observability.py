@@ -1,29 +1,42 @@
-"""Observability of a frozen pair (F, H): rank, unobservable directions, degrees, and what to delete.
+"""Observability of a linear system that is constant over stretches of time: rank, unobservable directions, degrees.
 
-Everything is done in coordinates whitened by the prior, x = L u with P0 = L L^T, so that units play no part. The observable
-row space is built a direction at a time (H, then H F, H F^2 ... , each direction normalised before it is judged), which
-keeps couplings apart whose size differs by ten decades.
+One stretch is the frozen pair (F, H). Of several the total observability matrix is taken, with the transitions in between:
+``[Q1; Q2 e^(F1 T1); Q3 e^(F2 T2) e^(F1 T1); ...]`` with ``Qj = [Hj; Hj Fj; ...]``, all about the state at the start
+(Goshen-Meskin and Bar-Itzhack, "Observability analysis of piece-wise constant systems, part I", IEEE Trans. AES 28, 1992).
+
+Everything is done in coordinates whitened by the prior, see `estimfw.analysis.whitening` and `estimfw.analysis.row_space`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FrozenObservability", "frozen_observability", "least_determined_removable"]
+from estimfw.analysis.row_space import RowSpace, Spectrum
+from estimfw.analysis.whitening import whitening
+from estimfw.errors import NumericalError
+
+__all__ = ["LinearStretch", "Observability", "frozen_observability", "is_observable_without", "piecewise_observability"]
 
 FloatArray = NDArray[np.float64]
 
-#: A new direction whose part outside the known ones is smaller than this (of 1) counts as none.
-TOLERANCE = 1e-9
+
+@dataclass(frozen=True, slots=True)
+class LinearStretch:
+    """x' = F x, z = H x over ``duration`` s: F (n, n), H (m, n)."""
+
+    F: FloatArray
+    H: FloatArray
+    duration: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
-class FrozenObservability:
-    """What a frozen pair can tell.
+class Observability:
+    """What measurements can tell of the state at the start.
 
     Attributes
     ----------
@@ -33,14 +46,20 @@ class FrozenObservability:
     degree : (n,) array
         Prior sigma of each state conditioned on perfect knowledge of the observable part, over its prior sigma:
         0 determined, 1 not at all. Independent of R and of the run's length.
+    spectrum : Spectrum
+        How clear the rank is.
+    added : tuple of (n, k) arrays
+        For each stretch the directions that it makes observable and those before it did not, as `kernel` has them.
     """
 
     rank: int
     kernel: FloatArray
     degree: FloatArray
+    spectrum: Spectrum
+    added: tuple[FloatArray, ...]
 
 
-def frozen_observability(F: FloatArray, H: FloatArray, covariance: FloatArray) -> FrozenObservability:
+def frozen_observability(F: FloatArray, H: FloatArray, covariance: FloatArray) -> Observability:
     """Analyse x' = F x, z = H x.
 
     Parameters
@@ -52,81 +71,58 @@ def frozen_observability(F: FloatArray, H: FloatArray, covariance: FloatArray) -
 
     Returns
     -------
-    FrozenObservability
+    Observability
     """
-    root = _root(covariance)
-    inverse = np.linalg.inv(root)
-    basis = _row_space(inverse @ F @ root, H @ root)
-    projector = np.eye(F.shape[0]) - basis.T @ basis
-    values, vectors = np.linalg.eigh(projector)
-    null = vectors[:, values > 0.5]
-    kernel = root @ null
-    sigma = np.linalg.norm(root, axis=1)
-    degree = np.linalg.norm(kernel, axis=1) / sigma
-    return FrozenObservability(basis.shape[0], kernel, degree)
+    return piecewise_observability([LinearStretch(F, H)], covariance)
 
 
-def _root(covariance: FloatArray) -> FloatArray:
-    sigma = np.sqrt(np.diag(covariance))
-    sigma = np.where(sigma > 0.0, sigma, 1.0)
-    correlation = covariance / np.outer(sigma, sigma)
-    np.fill_diagonal(correlation, 1.0)
-    values, vectors = np.linalg.eigh(correlation)
-    half: FloatArray = vectors * np.sqrt(np.clip(values, 1e-12, None))
-    if np.array_equal(correlation, np.eye(len(sigma))):
-        half = np.eye(len(sigma))
-    return sigma[:, None] * half
+def piecewise_observability(stretches: Sequence[LinearStretch], covariance: FloatArray) -> Observability:
+    """Analyse stretches that follow one another; ``covariance`` (n, n) is the prior at the start of the first."""
+    root = whitening(covariance)
+    space, ends = _row_space(stretches, root)
+    values, vectors = np.linalg.eigh(np.eye(root.shape[0]) - space.basis.T @ space.basis)
+    kernel = root @ vectors[:, values > 0.5]
+    degree = np.linalg.norm(kernel, axis=1) / np.linalg.norm(root, axis=1)
+    edges = [0, *ends]
+    added = tuple(root @ space.basis[a:b].T for a, b in pairwise(edges))
+    return Observability(space.rank, kernel, degree, space.spectrum, added)
 
 
-def _row_space(F: FloatArray, H: FloatArray) -> FloatArray:
-    n = F.shape[0]
-    basis = np.zeros((0, n))
-    queue = [row for row in H if np.any(row)]
-    floor = np.finfo(float).eps * max(float(np.linalg.norm(F)), 1e-300)
-    while queue and basis.shape[0] < n:
-        row = queue.pop(0)
-        row = row / np.linalg.norm(row)
-        rest = row - basis.T @ (basis @ row)
-        rest -= basis.T @ (basis @ rest)
-        size = float(np.linalg.norm(rest))
-        if size < TOLERANCE:
-            continue
-        direction = rest / size
-        basis = np.vstack([basis, direction])
-        onward = direction @ F
-        if np.linalg.norm(onward) > floor:
-            queue.append(onward)
-    return basis
+def is_observable_without(stretches: Sequence[LinearStretch], covariance: FloatArray, gone: Sequence[int]) -> bool:
+    """Whether the rest is observable when states are deleted: their rows and columns of F and H, the prior's marginal."""
+    kept = np.setdiff1d(np.arange(covariance.shape[0]), gone)
+    own = np.ix_(kept, kept)
+    rest = [LinearStretch(s.F[own], s.H[:, kept], s.duration) for s in stretches]
+    return _row_space(rest, whitening(covariance[own]))[0].is_full
 
 
-def least_determined_removable(
-    found: FrozenObservability, covariance: FloatArray, protected: Sequence[bool]
-) -> list[int] | None:
-    """The states to delete so that the rest is observable, least determined first.
+def _row_space(stretches: Sequence[LinearStretch], root: FloatArray) -> tuple[RowSpace, list[int]]:
+    """The row space about the start, in whitened states, and its rank after each stretch."""
+    from scipy.linalg import expm
 
-    Deleting a set S of states that the others do not drive (biases) leaves an observable rest where the rows S of the kernel
-    are independent and as many as its columns; where the others drive them, look at the rank of the rest. Of all such sets
-    without protected states the one of the largest sum of degrees is taken (greedy, which is exact for independent rows);
-    ties go by state order.
+    inverse, n = np.linalg.inv(root), root.shape[0]
+    space, ends = RowSpace(n), []
+    transition: FloatArray | None = None
+    for stretch in stretches:
+        F, H = inverse @ stretch.F @ root, stretch.H @ root
+        if transition is None:
+            space.add_derivatives(F, H)
+            transition = np.eye(n)
+        elif not space.is_full:
+            own = RowSpace(n)
+            own.add_derivatives(F, H)
+            for row in own.basis @ transition:
+                space.add(row)
+        ends.append(space.rank)
+        if stretch is not stretches[-1] and not space.is_full:
+            transition = _finite(expm(F * stretch.duration) @ transition, stretch.duration)
+    return space, ends
 
-    Returns
-    -------
-    list of int, in state order, or None if protection leaves no such set
-    """
-    sigma = np.sqrt(np.diag(covariance))
-    scaled = found.kernel / np.where(sigma > 0.0, sigma, 1.0)[:, None]
-    order = sorted(range(len(sigma)), key=lambda i: (-round(float(found.degree[i]), 9), i))
-    basis = np.zeros((0, scaled.shape[1]))
-    chosen: list[int] = []
-    for i in order:
-        norm = float(np.linalg.norm(scaled[i]))
-        if protected[i] or norm < TOLERANCE:
-            continue
-        row = scaled[i] / norm
-        rest = row - basis.T @ (basis @ row)
-        rest -= basis.T @ (basis @ rest)
-        if np.linalg.norm(rest) < 1e-7:
-            continue
-        basis = np.vstack([basis, rest / np.linalg.norm(rest)])
-        chosen.append(i)
-    return sorted(chosen) if len(chosen) == scaled.shape[1] else None
+
+def _finite(transition: FloatArray, duration: float) -> FloatArray:
+    if not np.all(np.isfinite(transition)):
+        raise NumericalError(
+            f"the dynamics grow beyond all numbers over a stretch of {duration:g} s of the record",
+            hint="they are unstable; shorten the record",
+        )
+    return transition

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
-from estimfw.analysis.observability import FrozenObservability, frozen_observability, least_determined_removable
+from estimfw.analysis.frozen import frozen_stretch
+from estimfw.analysis.observability import Observability, piecewise_observability
+from estimfw.analysis.removable import least_determined_removable
 from estimfw.errors import ConfigError
 from estimfw.model.model import Model
 from estimfw.policies.change import Change, FloatArray, Measure, compare
@@ -16,12 +16,9 @@ from estimfw.policies.drop_states import expand, without_states
 __all__ = ["PruneUnobservable", "model_observability"]
 
 
-def model_observability(model: Model, reference: Mapping[str, FloatArray]) -> FrozenObservability:
+def model_observability(model: Model, reference: Mapping[str, FloatArray]) -> Observability:
     """Observability of a model, frozen at the reference nominal."""
-    reference = model.nominal(reference)
-    rows = [model.H(m.name).coefficient.evaluate(reference) for m in model.measurements]
-    H = np.vstack(rows) if rows else np.zeros((0, len(model.states)))
-    return frozen_observability(model.F.coefficient.evaluate(reference), H, model.prior.evaluate(reference)[1])
+    return piecewise_observability([frozen_stretch(model, reference)], model.prior.evaluate(reference)[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +42,11 @@ class PruneUnobservable:
         if short == 0:
             condition = f"all {found.rank} states are observable: nothing to prune"
             return model, compare(self.label, "exact", model, model, condition)
+        if not found.rank:
+            raise ConfigError("prune_unobservable: no state would be left, for no measurement reads any")
         covariance = model.prior.evaluate(reference)[1]
-        chosen = least_determined_removable(found, covariance, [s in protected for s in model.states])
+        frozen = [frozen_stretch(model, reference)]
+        chosen = least_determined_removable(found, frozen, covariance, [s in protected for s in model.states])
         if chosen is None:
             raise ConfigError(
                 f"prune_unobservable: {short} states must go (rank {found.rank} of {len(model.states)}), "
@@ -54,7 +54,6 @@ class PruneUnobservable:
                 hint="protect fewer blocks",
             )
         after = without_states(model, [model.states[i] for i in chosen])
-        _refuse_unobservable_rest(after, [model.states[i] for i in chosen], reference)
         measures = tuple(
             Measure(f"{model.states[i]} keeps, of its prior sigma,", round(float(found.degree[i]), 6), "")
             for i in chosen
@@ -64,13 +63,3 @@ class PruneUnobservable:
             "of the observable part; what they do is taken up by those that stay, whose sigma does not include it"
         )
         return after, compare(self.label, "approximate", model, after, condition, measures=measures)
-
-
-def _refuse_unobservable_rest(after: Model, gone: list[str], reference: Mapping[str, FloatArray]) -> None:
-    """Constants can be deleted one for each unobservable direction; of states that others drive that need not be enough."""
-    rank = model_observability(after, reference).rank
-    if rank < len(after.states):
-        raise ConfigError(
-            f"prune_unobservable: without {', '.join(gone)} the rest is unobservable still (rank {rank} of {len(after.states)})",
-            hint="states that stay drive the deleted ones: choose with drop_states instead, or protect them",
-        )

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from estimfw.analysis.observability import frozen_observability, least_determined_removable
+from estimfw.analysis.observability import LinearStretch, Observability, frozen_observability
+from estimfw.analysis.removable import least_determined_removable
 
 FloatArray = NDArray[np.float64]
 
@@ -31,6 +30,11 @@ def conditioned_sigma(kernel: FloatArray, P: FloatArray) -> FloatArray:
     A = np.linalg.svd(kernel.T)[2][kernel.shape[1] :]
     gain = P @ A.T @ np.linalg.inv(A @ P @ A.T)
     return np.asarray(np.sqrt(np.clip(np.diag(P - gain @ A @ P), 0.0, None)))
+
+
+def taken(found: Observability, F: FloatArray, H: FloatArray, P: FloatArray, protected: list[bool]) -> list[int] | None:
+    chosen = least_determined_removable(found, [LinearStretch(F, H)], P, protected)
+    return None if chosen is None else list(chosen)
 
 
 def system(seed: int, n: int, unseen: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -64,23 +68,6 @@ def test_the_degree_is_the_conditioned_sigma_over_the_prior_sigma(made: tuple[Fl
     assert np.allclose(found.degree, wanted, atol=1e-6)
 
 
-@given(systems)
-def test_the_set_taken_is_the_best_of_all_by_exhaustion(made: tuple[FloatArray, ...]) -> None:
-    F, H, P, unseen = made
-    found = frozen_observability(F, H, P)
-    chosen = least_determined_removable(found, P, [False] * F.shape[0])
-    assert chosen is not None
-    size = unseen.shape[1]
-    sets = [
-        s for s in combinations(range(F.shape[0]), size) if not size or abs(np.linalg.det(unseen[list(s)])) > 1e-6
-    ]  # those whose deletion leaves an observable rest
-    best = max(found.degree[list(s)].sum() for s in sets)
-    assert found.degree[chosen].sum() == pytest.approx(best, abs=1e-6)
-    keep = [i for i in range(F.shape[0]) if i not in chosen]
-    assert tuple(chosen) in sets
-    assert stacked_rank(F[np.ix_(keep, keep)], H[:, keep]) == len(keep)
-
-
 def chain(n: int, coupling: float) -> tuple[FloatArray, FloatArray]:
     """x_0' = coupling x_1, x_1' = coupling x_2 ...; x_0 is read."""
     return np.diag(np.full(n - 1, coupling), 1), np.eye(1, n)
@@ -108,24 +95,28 @@ def test_without_a_measurement_nothing_is_known() -> None:
     assert np.allclose(found.degree, 1.0)
 
 
+NOTHING, SUM = np.zeros((3, 3)), np.ones((1, 3))
+"""z = x0 + x1 + x2 of three constants."""
+
+
 def test_ties_go_by_state_order() -> None:
-    """z = x0 + x1 + x2: any two could go, and all are alike."""
-    found = frozen_observability(np.zeros((3, 3)), np.ones((1, 3)), np.eye(3))
-    assert least_determined_removable(found, np.eye(3), [False] * 3) == [0, 1]
+    """Any two could go, and all are alike."""
+    found = frozen_observability(NOTHING, SUM, np.eye(3))
+    assert taken(found, NOTHING, SUM, np.eye(3), [False] * 3) == [0, 1]
 
 
 def test_the_least_determined_go_first() -> None:
-    """z = x0 + x1 + x2: of the sum known, the widest prior is left widest, over its own width."""
+    """Of the sum known, the widest prior is left widest, over its own width."""
     P = np.diag([1.0, 100.0, 0.01])
-    found = frozen_observability(np.zeros((3, 3)), np.ones((1, 3)), P)
+    found = frozen_observability(NOTHING, SUM, P)
     assert np.allclose(found.degree, conditioned_sigma(found.kernel, P) / np.sqrt(np.diag(P)), atol=1e-12)
-    assert least_determined_removable(found, P, [False] * 3) == [0, 2]
+    assert taken(found, NOTHING, SUM, P, [False] * 3) == [0, 2]
 
 
 def test_protected_states_are_never_touched() -> None:
-    found = frozen_observability(np.zeros((3, 3)), np.ones((1, 3)), np.eye(3))
-    assert least_determined_removable(found, np.eye(3), [True, False, False]) == [1, 2]
-    assert least_determined_removable(found, np.eye(3), [True, True, False]) is None
+    found = frozen_observability(NOTHING, SUM, np.eye(3))
+    assert taken(found, NOTHING, SUM, np.eye(3), [True, False, False]) == [1, 2]
+    assert taken(found, NOTHING, SUM, np.eye(3), [True, True, False]) is None
 
 
 def test_a_state_that_is_known_beforehand_counts_in_its_unit() -> None:

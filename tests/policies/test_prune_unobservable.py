@@ -103,7 +103,10 @@ def test_a_constant_is_deleted_for_the_driven_state_that_stays() -> None:
     assert model_observability(after, {}).rank == 2
 
 
-def test_a_rest_that_is_unobservable_still_is_refused() -> None:
-    """With the driven state gone, nothing tells of what drove it."""
-    with pytest.raises(ConfigError, match=r"without s the rest is unobservable still \(rank 1 of 2\)"):
-        PruneUnobservable().apply(driven(10.0, 1.0), {})
+def test_a_driven_state_whose_loss_hides_what_drives_it_stays_however_undetermined() -> None:
+    """With s gone, nothing tells of q: k goes, although s is less determined."""
+    after, change = PruneUnobservable().apply(driven(10.0, 1.0), {})
+    assert change.removed_states == ("k",)
+    assert model_observability(after, {}).rank == 2
+    with pytest.raises(ConfigError, match="unless a protected one goes: k"):
+        PruneUnobservable(("k",)).apply(driven(10.0, 1.0), {})
