@@ -1,6 +1,7 @@
 """One exception class per kind of fault; each knows its exit code.
 
-Exit codes: 0 ok, 1 our bug, 2 usage, 3 config, 4 plugin, 5 data, 6 numerical, 7 sweep partly failed, 130 interrupted.
+Exit codes: 0 ok, 1 our bug, 2 usage, 3 config, 4 plugin, 5 data, 6 numerical, 7 sweep partly failed, 8 check failed,
+130 interrupted.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 __all__ = [
+    "CheckError",
     "ConfigError",
     "DataError",
     "EstimfwError",
@@ -127,3 +129,10 @@ class SweepError(EstimfwError):
 
     exit_code = 7
     kind = "sweep"
+
+
+class CheckError(EstimfwError):
+    """What was asked to be checked does not hold: the computation went well, its outcome is not good enough."""
+
+    exit_code = 8
+    kind = "check"

@@ -28,6 +28,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("estimfw.cli.run", "Run a config; write the result and a report."),
     "check": ("estimfw.cli.check", "Check a config without running it."),
     "explain": ("estimfw.cli.explain", "Show model, policies, equivalence and plan of a config."),
+    "montecarlo": ("estimfw.cli.montecarlo", "Run a config many times; judge its errors and innovations."),
     "simulate": ("estimfw.cli.simulate", "Write the record that a config's source simulates."),
     "schema": ("estimfw.cli.schema", "Print or write the JSON Schema of configs."),
     "plugins": ("estimfw.cli.plugins", "List plugins and their components."),
@@ -80,7 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        The exit code: 0 ok, 1 our bug, 2 usage, 3 config, 4 plugin, 5 data, 6 numerical, 7 sweep, 130 interrupted.
+        The exit code: 0 ok, 1 our bug, 2 usage, 3 config, 4 plugin, 5 data, 6 numerical, 7 sweep, 8 check, 130 interrupted.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug, as_json = "--debug" in given, "--json" in given

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,14 @@ class NumbaScan:
         )
         self._load(initial_row)
 
+    def begun(self, initial_row: FloatArray, prior: tuple[FloatArray, FloatArray]) -> NumbaScan:
+        """The same recursion from another start, such as that of another run."""
+        other = copy(self)
+        other.doublings = SubSteps(self.plan, initial_row)
+        kernel = ud if self.settings.covariance == "ud" else joseph
+        other.prior = (np.ascontiguousarray(prior[0], dtype=float), np.ascontiguousarray(kernel.factor(prior[1])))
+        return other
+
     def _load(self, row: FloatArray) -> None:
         """Have the machine code loaded, or made, before the run: it is no part of the filter's time."""
         mean, form = self.prior
@@ -81,7 +90,8 @@ class NumbaScan:
         )
         x, form, provider, row = (np.array(a, order="C") for a in (state.x, state.form, state.provider, state.row))
         d = self.plan.discretisation
-        doublings = np.array([self.doublings(float(dt)) for dt in chunk.dt], dtype=np.int64)
+        lengths, which = np.unique(chunk.dt, return_inverse=True)
+        doublings = np.array([self.doublings(float(dt)) for dt in lengths], dtype=np.int64)[which]
         wrong = self.scan(
             x, form, provider, self.params, row,
             (

@@ -54,6 +54,10 @@ class NumpyScan:
         self.corrected = np.array(plan.corrected, dtype=bool)
         self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
 
+    def begun(self, initial_row: FloatArray, prior: tuple[FloatArray, FloatArray]) -> NumpyScan:
+        """The same recursion from another start, such as that of another run."""
+        return NumpyScan(self.plan, self.provider, self.settings, initial_row, prior)
+
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""
         steps, n, rows = len(chunk), len(self.plan.states), self.offsets[-1]

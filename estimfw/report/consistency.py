@@ -8,8 +8,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from estimfw.analysis.chi_square import quantile
 from estimfw.data.record import FloatArray
-from estimfw.report.chi_square import quantile
 from estimfw.report.judgement import nis_verdict
 from estimfw.report.palette import BAND, BAND_MOST, BAND_NEARLY_ALL, ROLES
 from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinned

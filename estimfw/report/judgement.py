@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from estimfw.report.chi_square import quantile
+from estimfw.analysis.chi_square import quantile
 from estimfw.report.numbers import UNKNOWN, plain, significant
 from estimfw.run.summary import MeasurementSummary, json_attribute
 

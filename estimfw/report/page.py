@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from html import escape
-from importlib.resources import files
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
-from plotly.offline import get_plotlyjs
-
 from estimfw.report.charts import charts_of
 from estimfw.report.headline import Headline, headlines, start_line
-from estimfw.report.interactive import height_of, plotly_figure
 from estimfw.report.judgement import nis_verdict, sigma_caveat
-from estimfw.report.markup import data_block, facts, note, table
+from estimfw.report.markup import facts, note, table
 from estimfw.report.numbers import count, plain
-from estimfw.report.palette import DARK_TWIN
 from estimfw.report.panel import Chart
+from estimfw.report.shell import Section, chart_block, document
 from estimfw.report.tables import (
     disposition_table,
     end_table,
@@ -51,25 +46,6 @@ LOOPS = {
     "states that it can take stay near zero. Their bands are the uncertainty of the corrected nominal.",
 }
 
-POLICY = "; ".join(
-    (
-        "default-src 'none'",
-        "script-src 'unsafe-inline'",
-        "style-src 'unsafe-inline'",
-        "img-src data: blob:",
-        "form-action 'none'",
-        "base-uri 'none'",
-    )
-)
-"""The browser is told to fetch and to send nothing, whatever the page contains."""
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    key: str
-    title: str
-    body: str
-
 
 def page(dataset: xr.Dataset) -> str:
     """The report of a result as HTML, with its styles, its script and plotly.js inside.
@@ -79,18 +55,7 @@ def page(dataset: xr.Dataset) -> str:
     charts = charts_of(dataset, points_per_curve(dataset))
     sections = [section for section in _sections(dataset, charts) if section.body]
     title = str(dataset.attrs.get("title") or "Estimation result")
-    figures = "".join(data_block(f"figure-{chart.key}", plotly_figure(chart)) for chart in charts)
-    return (
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(title)}</title>\n'
-        f"<style>\n{_asset('page.css')}</style>\n</head>\n<body>\n"
-        f'<div class="frame">\n{_contents(sections)}<main>\n{_header(dataset, title)}'
-        + "".join(f'<section id="{one.key}">\n<h2>{escape(one.title)}</h2>\n{one.body}</section>\n' for one in sections)
-        + f"{_footer(dataset)}</main>\n</div>\n"
-        + (f"<script>{get_plotlyjs()}</script>\n" if charts else "")
-        + f"{data_block('dark-twin', DARK_TWIN)}{figures}<script>\n{_asset('page.js')}</script>\n</body>\n</html>\n"
-    )
+    return document(title, _header(dataset, title), sections, charts, _version(dataset))
 
 
 def points_per_curve(dataset: xr.Dataset) -> int:
@@ -108,7 +73,7 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
         by_section.setdefault(chart.section, []).append(chart)
 
     def drawn(key: str, title: str, told: str = "") -> Section:
-        body = "".join(_chart(chart, title) for chart in by_section.get(key, ()))
+        body = "".join(chart_block(chart, title) for chart in by_section.get(key, ()))
         return Section(key.replace("_", "-"), title, (note(told) if told and body else "") + body)
 
     yield Section(
@@ -133,11 +98,6 @@ def _loop_note(dataset: xr.Dataset) -> str:
     if not json_attribute(dataset, "equivalence", []):
         return ""
     return LOOPS.get(str(json_attribute(dataset, "provenance", {}).get("loop")), "")
-
-
-def _contents(sections: Iterable[Section]) -> str:
-    links = "".join(f'<li><a href="#{one.key}">{escape(one.title)}</a></li>\n' for one in sections)
-    return f'<nav aria-label="Contents"><p>Contents</p>\n<ol>\n{links}</ol></nav>\n'
 
 
 def _header(dataset: xr.Dataset, title: str) -> str:
@@ -203,16 +163,6 @@ def _card(line: Headline) -> str:
     )
 
 
-def _chart(chart: Chart, section: str) -> str:
-    told = note(chart.note) if chart.note else ""
-    title = "" if chart.title == section else f"<h3>{escape(chart.title)}</h3>\n"
-    return (
-        f"{title}{told}"
-        f'<div class="chart" data-figure="figure-{chart.key}" style="height:{height_of(chart)}px" role="img" '
-        f'aria-label="{escape(chart.title)}"></div>\n'
-    )
-
-
 def _provenance(dataset: xr.Dataset) -> str:
     provenance = json_attribute(dataset, "provenance", {})
     pairs = [pair for key, value in provenance.items() if key != "config" for pair in _flat(str(key), value)]
@@ -250,13 +200,6 @@ def _yaml(config: Any) -> str:
     return out.getvalue()
 
 
-def _footer(dataset: xr.Dataset) -> str:
+def _version(dataset: xr.Dataset) -> str:
     versions = json_attribute(dataset, "provenance", {}).get("versions")
-    version = versions.get("estimfw", "") if isinstance(versions, dict) else ""
-    return (
-        f"<footer>Made by estimfw {escape(str(version))} from the result alone; this page fetches nothing.</footer>\n"
-    )
-
-
-def _asset(name: str) -> str:
-    return files("estimfw.report").joinpath(name).read_text(encoding="utf-8")
+    return str(versions.get("estimfw", "")) if isinstance(versions, dict) else ""

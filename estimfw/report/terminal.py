@@ -18,7 +18,7 @@ from estimfw.run.summary import json_attribute
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["print_result"]
+__all__ = ["print_result", "print_table"]
 
 EVENTS_SHOWN = 10
 TONES = {"good": "green", "warn": "yellow", "bad": "bold red"}
@@ -51,9 +51,9 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
     caveat = sigma_caveat(dataset)
     if caveat:
         console.print(Text(caveat, style=TONES["warn"]))
-    _print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
-    _print_table(console, "Measurements", disposition_table(dataset, brief=True))
-    _print_table(console, "Events", event_table(dataset, EVENTS_SHOWN))
+    print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
+    print_table(console, "Measurements", disposition_table(dataset, brief=True))
+    print_table(console, "Events", event_table(dataset, EVENTS_SHOWN))
 
 
 def _last(dataset: xr.Dataset, at_end: bool) -> str:
@@ -70,7 +70,8 @@ def _headline(line: Headline) -> Text:
     return text
 
 
-def _print_table(console: Console, title: str, content: Table) -> None:
+def print_table(console: Console, title: str, content: Table) -> None:
+    """Nothing of an empty one."""
     if not content.rows:
         return
     shown = RichTable(

@@ -30,6 +30,8 @@ class Scan(Protocol):
     name: str
     doublings: SubSteps
 
+    def begun(self, initial_row: FloatArray, prior: tuple[FloatArray, FloatArray]) -> Scan: ...
+
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]: ...
 
 

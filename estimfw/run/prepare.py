@@ -156,7 +156,7 @@ def _form(problem: Problem, covariance: FloatArray) -> FloatArray:
 
 
 def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:
-    """Inputs of steps ``first`` up to (not including) ``last``."""
+    """Inputs of steps ``first`` up to (not including) ``last``; samples and readings have the leading axes of the streams."""
     steps = prepared.steps
     own = slice(first, last)
     if prepared.bound is not None:
@@ -172,7 +172,8 @@ def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:
 def _readings(prepared: Prepared, own: slice) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
     plan, steps = prepared.plan, prepared.steps
     offsets, count = row_offsets(plan), own.stop - own.start
-    readings = np.zeros((count, offsets[-1]))
+    lead = next((s.values.shape[:-2] for s in prepared.record.streams.values()), ())
+    readings = np.zeros((*lead, count, offsets[-1]))
     due = np.zeros((count, len(plan.measurements)), dtype=bool)
     interval = np.ones((count, len(plan.measurements)))
     for j, m in enumerate(plan.measurements):
@@ -182,8 +183,8 @@ def _readings(prepared: Prepared, own: slice) -> tuple[FloatArray, NDArray[np.bo
         if m.stream is not None:
             stream = prepared.record.streams[m.stream]
             columns = _columns(stream.columns, m.columns, m.name)
-            values = stream.values[:, columns][np.maximum(row, 0)]
-            readings[:, offsets[j] : offsets[j + 1]] = np.where((row >= 0)[:, None], values, np.nan)
+            values = stream.values[..., columns][..., np.maximum(row, 0), :]
+            readings[..., offsets[j] : offsets[j + 1]] = np.where((row >= 0)[:, None], values, np.nan)
     return readings, due, interval
 
 

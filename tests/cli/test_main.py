@@ -159,7 +159,7 @@ def test_the_default_arguments_are_those_of_the_process(monkeypatch: pytest.Monk
 
 
 def test_errors_are_all_of_one_family() -> None:
-    assert {e.exit_code for e in EstimfwError.__subclasses__()} == {2, 3, 4, 5, 6, 7}
+    assert {e.exit_code for e in EstimfwError.__subclasses__()} == {2, 3, 4, 5, 6, 7, 8}
 
 
 def test_the_schema_is_written_found_fresh_and_found_stale(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from estimfw.report.chi_square import quantile
+from estimfw.analysis.chi_square import quantile
 from estimfw.report.judgement import nis_verdict, sigma_caveat
 from estimfw.run.summary import MeasurementSummary
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 from pydantic import Field, Strict
 
 from estimfw.config.types import Settings, Site, positive_quantity
+from estimfw.data.draws import Draws
 from estimfw.data.memory import refuse_too_large
-from estimfw.data.record import SAME, Record, Stream, Truth
+from estimfw.data.record import SAME, Record, Stream
 from estimfw.data.timeline import Steps, Wanted, merged_steps
 from estimfw.errors import ConfigError, NumericalError
 from estimfw.kernels import ud
@@ -53,13 +55,23 @@ class ModelSimulation:
         return self.cfg.seed
 
     def load_for(self, plan: Plan, row: FloatArray) -> Record:
-        """The record of one run.
+        """The record of one run, of ``seed``; parameters and faults as `drawn_many_for`."""
+        made = self.drawn_many_for(plan, row, [np.random.SeedSequence(self.cfg.seed)], {}).run(0)
+        return replace(made, attributes={**made.attributes, "seed": self.cfg.seed})
+
+    def drawn_many_for(
+        self, plan: Plan, row: FloatArray, seeds: Sequence[np.random.SeedSequence], start: Mapping[str, FloatArray]
+    ) -> Draws:
+        """Runs of a Monte Carlo; each draws its start itself, as the single one does.
 
         Parameters
         ----------
         plan : Plan
         row : (size,) array
             The nominal, constant.
+        seeds : sequence of R SeedSequence
+        start : mapping
+            Not used.
 
         Raises
         ------
@@ -79,8 +91,8 @@ class ModelSimulation:
                 hint = did_you_mean(name, (m.name for m in plan.measurements))
                 raise ConfigError(f"source.rates names no measurement: {name!r}", hint=hint)
         self._refuse_too_long(plan)
-        seeds = np.random.SeedSequence(self.cfg.seed).spawn(2)
-        process, reading = (np.random.default_rng(s) for s in seeds)
+        children = [seed.spawn(2) for seed in seeds]
+        process, reading = ([np.random.default_rng(two[k]) for two in children] for k in range(2))
         times = {m.name: self._times(m) for m in plan.measurements}
         steps = self._steps(plan, times)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -88,11 +100,11 @@ class ModelSimulation:
         _refuse_infinite(states, plan, steps)
         streams = {}
         for m in plan.measurements:
-            at = states[np.searchsorted(steps.time, times[m.name] - SAME)]
+            at = states[:, np.searchsorted(steps.time, times[m.name] - SAME)]
             streams[str(m.stream)] = self._stream(m, row, times[m.name], at, reading)
-        truth = Truth(steps.time, {f"state:{label}": states[:, i] for i, label in enumerate(plan.states)})
-        attributes = {"source": "simulate_model", "seed": self.cfg.seed}
-        return Record(streams, truth, initial={"time": np.array(0.0)}, attributes=attributes)
+        truth = {f"state:{label}": states[:, :, i] for i, label in enumerate(plan.states)}
+        initial = {"time": np.zeros(len(seeds))}
+        return Draws(Record(streams, initial=initial, attributes={"source": "simulate_model"}), steps.time, truth)
 
     def _refuse_too_long(self, plan: Plan) -> None:
         counts = {m.name: self.cfg.duration * self.cfg.rates.get(m.name, self.cfg.rate) for m in plan.measurements}
@@ -110,11 +122,16 @@ class ModelSimulation:
         instants = [t for known in plan.inputs for t in known.times if 0.0 < t < self.cfg.duration]
         return merged_steps(streams, wanted, instants=instants, start=0.0)
 
-    def _states(self, plan: Plan, row: FloatArray, steps: Steps, rng: np.random.Generator) -> FloatArray:
+    def _states(
+        self, plan: Plan, row: FloatArray, steps: Steps, generators: Sequence[np.random.Generator]
+    ) -> FloatArray:
+        """States (R, K, n) at the ends of the steps."""
         mean, covariance = plan.prior.evaluate(plan.layout.unpack(row))
-        x = mean + _factor(covariance) @ rng.standard_normal(len(mean)) * self.cfg.noise
+        shape = (len(steps) + 1, len(mean))
+        normal = np.stack([rng.standard_normal(shape) for rng in generators]) * self.cfg.noise
+        x = mean + _times(_factor(covariance), normal[:, 0])
         F = plan.F.evaluate(row)
-        states = np.empty((len(steps), len(mean)))
+        states = np.empty((len(generators), len(steps), len(mean)))
         begin = np.concatenate([[steps.start], steps.time[:-1]])
         known = inputs_at([input_values(i, {}) for i in plan.inputs], begin)
         made: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
@@ -125,24 +142,35 @@ class ModelSimulation:
                 Phi, Q, d = plan.discretised(row, u, np.array(dt), plan.discretisation.doublings(F, float(dt)))
                 made[key] = Phi, _factor(Q), d
             Phi, factor, d = made[key]
-            x = Phi @ x + d + factor @ rng.standard_normal(len(mean)) * self.cfg.noise
-            states[k] = x
+            x = _times(Phi, x) + d + _times(factor, normal[:, k + 1])
+            states[:, k] = x
         return states
 
     def _stream(
-        self, m: MeasurementPlan, row: FloatArray, time: FloatArray, states: FloatArray, rng: np.random.Generator
+        self,
+        m: MeasurementPlan,
+        row: FloatArray,
+        time: FloatArray,
+        states: FloatArray,
+        generators: Sequence[np.random.Generator],
     ) -> Stream:
         H, R = m.H.evaluate(row), np.array(m.R)
         period = float(time[0]) if time.size else 1.0
-        noise = rng.standard_normal((time.size, m.rows)) @ _factor(R / (period if m.density else 1.0)).T
-        z = states @ H.T + noise * self.cfg.noise - m.innovation.evaluate(row)[:, 0]
+        normal = np.stack([rng.standard_normal((time.size, m.rows)) for rng in generators]) * self.cfg.noise
+        noise = _times(_factor(R / (period if m.density else 1.0)), normal)
+        z = _times(H, states) + noise - m.innovation.evaluate(row)[:, 0]
         return Stream(str(m.stream), time, m.sign * z, m.columns, "sample", period)
+
+
+def _times(A: FloatArray, x: FloatArray) -> FloatArray:
+    """A x for x (..., n), summed alike however many x there are."""
+    return np.asarray(np.einsum("ij,...j->...i", A, x))
 
 
 def _refuse_infinite(states: FloatArray, plan: Plan, steps: Steps) -> None:
     bad = np.argwhere(~np.isfinite(states))
     if bad.size:
-        k, i = bad[0]
+        _, k, i = bad[0]
         raise NumericalError(
             f"the simulated {plan.states[i]} left the numbers at t = {steps.time[k]:g} s",
             hint="the model is unstable: it grows without bound; check the signs of its coefficients",

@@ -44,7 +44,8 @@ class GivenAttitude:
     def find(self, record: Record) -> InitialNominal:
         """The given start, or where a simulated record says it starts: misaligned from the given attitude."""
         if "C_bn" in record.initial and record.truth is not None:
-            return InitialNominal({"C_bn": record.initial["C_bn"]}, source="given, misaligned by the simulation")
+            known = {name: record.initial[name] for name in ("C_bn", "velocity_n") if name in record.initial}
+            return InitialNominal(known, source="given, misaligned by the simulation")
         return self.reference()
 
 

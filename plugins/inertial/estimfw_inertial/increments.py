@@ -16,12 +16,12 @@ IMU_COLUMNS = ("dtheta_x", "dtheta_y", "dtheta_z", "dvel_x", "dvel_y", "dvel_z")
 
 
 def imu_samples(stream: Stream, rows: NDArray[np.int64], per_step: int) -> FloatArray:
-    """Samples (K, 1 + 6 per_step): dt in s, then dtheta in rad and dvel in m/s of each stream row of the step.
+    """Samples (..., K, 1 + 6 per_step): dt in s, then dtheta in rad and dvel in m/s of each stream row of the step.
 
     Parameters
     ----------
     stream : Stream
-        Of increments, with the columns `IMU_COLUMNS` among its own.
+        Of increments, with the columns `IMU_COLUMNS` among its own; its values may have leading axes (runs).
     rows : (K + 1,) array
         Step k is made of the stream rows ``rows[k]:rows[k + 1]``, ``per_step`` of them.
 
@@ -36,13 +36,12 @@ def imu_samples(stream: Stream, rows: NDArray[np.int64], per_step: int) -> Float
         Other columns, no increments, time that stands still, or a number that is none.
     """
     used = slice(int(rows[0]), int(rows[-1]))
-    values = stream.values[used][:, _columns(stream)]
+    values = stream.values[..., used, :][..., _columns(stream)]
     _check_finite(values, stream.time[used], stream.name)
-    covered = _covered(stream)[used]
-    steps = len(rows) - 1
-    return np.concatenate(
-        [covered.reshape(steps, per_step).sum(axis=1)[:, None], values.reshape(steps, 6 * per_step)], axis=1
-    )
+    steps, lead = len(rows) - 1, values.shape[:-2]
+    covered = _covered(stream)[used].reshape(steps, per_step).sum(axis=1)[:, None]
+    flat = values.reshape(*lead, steps, 6 * per_step)
+    return np.concatenate([np.broadcast_to(covered, (*lead, steps, 1)), flat], axis=-1)
 
 
 def _columns(stream: Stream) -> list[int]:
@@ -61,7 +60,7 @@ def _columns(stream: Stream) -> list[int]:
 
 
 def _check_finite(values: FloatArray, time: FloatArray, name: str) -> None:
-    bad = ~np.isfinite(values).all(axis=1)
+    bad = ~np.isfinite(values).all(axis=-1).reshape(-1, time.size).all(axis=0)
     if np.any(bad):
         raise DataError(
             f"stream {name!r}: the sample at {time[int(np.argmax(bad))]:g} s is not a number ({int(bad.sum())} such samples)",

@@ -11,6 +11,7 @@ quantisation come in with ``imu``; see `estimfw_inertial.imu_errors`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
@@ -32,10 +33,12 @@ from estimfw.config.types import (
     positive_quantity,
     quantity_vector,
 )
+from estimfw.data.draws import Draws
 from estimfw.data.memory import refuse_too_large
-from estimfw.data.record import Record, Stream, Truth
+from estimfw.data.record import Record, Stream
 from estimfw.errors import ConfigError
 from estimfw.model.nominal import InitialNominal
+from estimfw_sins_static.run_starts import RunStarts, starts_as_set, starts_drawn
 
 __all__ = ["SimulateConfig", "Simulation", "simulate"]
 
@@ -49,6 +52,8 @@ _INSTEAD = {
     "accel_bias": "accel: {bias: ...}",
     "gyro_noise": "gyro: {random_walk: ...}",
     "accel_noise": "accel: {random_walk: ...}",
+    "gyro_bias_sigma": "gyro: {bias_sigma: ...}",
+    "accel_bias_sigma": "accel: {bias_sigma: ...}",
 }
 
 
@@ -64,6 +69,9 @@ class SimulateConfig(Settings):
 
     ``noise: false`` switches the white noises off; the biases stay. The defaults are the paper's sensors; ``imu`` stands for
     any others, such as ``{grade: tactical}``, and takes the place of the four biases and noises.
+
+    In a Monte Carlo each run draws, besides its noises, what the filter's prior is about: the misalignment, the velocity at the
+    start, and the biases (those of ``imu`` as it says itself). A ``..._sigma`` draws about the setting of that name instead.
     """
 
     kind: Literal["sins_static.simulate"]
@@ -101,6 +109,26 @@ class SimulateConfig(Settings):
         non_negative_quantity("m/s"),
         Field(description="of the stream velocity_reference, which is there if this is not 0"),
     ] = 0.0
+    draw: Annotated[
+        Literal["prior", "noise"],
+        Field(description="of the runs of a Monte Carlo: start and biases from the filter's prior, or noises alone"),
+    ] = "prior"
+    misalignment_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("rad", 3)] | None,
+        Field(description="of a Monte Carlo: one sigma about misalignment, in place of the prior"),
+    ] = None
+    velocity_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("m/s", 3)] | None,
+        Field(description="of a Monte Carlo: one sigma of the computed velocity at the start, in place of the prior"),
+    ] = None
+    gyro_bias_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("rad/s", 3, examples=("0.01 deg/h",))] | None,
+        Field(description="of a Monte Carlo: one sigma about gyro_bias, in place of the prior"),
+    ] = None
+    accel_bias_sigma: Annotated[
+        Annotated[_Three, non_negative_quantity_vector("m/s^2", 3, examples=("100 ug",))] | None,
+        Field(description="of a Monte Carlo: one sigma about accel_bias, in place of the prior"),
+    ] = None
     sway: Annotated[SwayConfig | None, Field(description="how the base sways; it stands still if left out")] = None
 
 
@@ -120,7 +148,7 @@ class Simulation:
     @property
     def start_values(self) -> dict[str, FloatArray]:
         """Where the mechanization starts: misaligned from the attitude that the vehicle stands at."""
-        return {"C_bn": self._start()}
+        return {"C_bn": self._starts(starts_as_set(self.cfg, 1).misalignment)[0]}
 
     @property
     def seed(self) -> int:
@@ -128,6 +156,14 @@ class Simulation:
 
     def load(self) -> Record:
         """Streams ``imu`` and, where velocity noise is asked for, ``velocity_reference``; the truth; the start."""
+        made = self._records([np.random.SeedSequence(self.cfg.seed)], starts_as_set(self.cfg, 1)).run(0)
+        return replace(made, attributes={**made.attributes, "seed": self.cfg.seed})
+
+    def drawn_many(self, seeds: Sequence[np.random.SeedSequence], start: Mapping[str, FloatArray]) -> Draws:
+        """Runs of a Monte Carlo; see `estimfw.montecarlo.draw`."""
+        return self._records(seeds, starts_drawn(self.cfg, seeds, start))
+
+    def _records(self, seeds: Sequence[np.random.SeedSequence], starts: RunStarts) -> Draws:
         cfg, dt = self.cfg, 1.0 / self.cfg.rate
         count = round(cfg.duration * cfg.rate)
         if count < 1:
@@ -137,19 +173,27 @@ class Simulation:
         )
         time = dt * np.arange(1, count + 1, dtype=np.float64)
         edges, middles = self._attitude(dt * np.arange(count + 1, dtype=np.float64)), self._attitude(time - 0.5 * dt)
-        streams = np.random.SeedSequence(cfg.seed).spawn(2)
         true = np.hstack(ideal_increments(edges, middles, self.site, dt))
-        measured, realised = apply(true, dt, np.random.default_rng(streams[0]), self._errors())
-        imu = Stream("imu", time, measured, IMU_COLUMNS, "increment", dt)
-        return Record(
-            streams={"imu": imu, **self._velocity_reference(time, streams[1])},
-            truth=_truth(time, edges[1:], realised),
-            initial={"C_bn": self._start()},
-            attributes={"source": "sins_static.simulate", "seed": cfg.seed},
+        base, measured, noises = self._errors(), np.empty((len(seeds), count, 6)), []
+        realised: list[RealisedErrors] = []
+        for i, seed in enumerate(seeds):
+            of_imu, of_velocity = seed.spawn(2)
+            measured[i], real = apply(true, dt, np.random.default_rng(of_imu), self._errors_of(base, starts, i))
+            realised.append(real)
+            noises.append(of_velocity)
+        initial = {"C_bn": self._starts(starts.misalignment)}
+        initial |= {} if starts.velocity is None else {"velocity_n": starts.velocity}
+        streams = {"imu": Stream("imu", time, measured, IMU_COLUMNS, "increment", dt)}
+        record = Record(
+            streams={**streams, **self._velocity_reference(time, noises)},
+            initial=initial,
+            attributes={"source": "sins_static.simulate"},
         )
+        return Draws(record, time, _truth(edges[1:], realised))
 
-    def _start(self) -> FloatArray:
-        turn = Rotation.from_rotvec(-np.array(self.cfg.misalignment)).as_matrix()
+    def _starts(self, misalignment: FloatArray) -> FloatArray:
+        """exp(-[phi x]) C_bn (R, 3, 3) for phi (R, 3)."""
+        turn = Rotation.from_rotvec(-misalignment).as_matrix()
         return np.asarray(turn @ self._attitude(np.zeros(1))[0], dtype=float)
 
     def _attitude(self, time: FloatArray) -> FloatArray:
@@ -159,11 +203,11 @@ class Simulation:
         turn = Rotation.from_rotvec(phase[:, None] * np.array(self.cfg.sway.amplitude)).as_matrix()
         return np.asarray(turn @ self.C_bn, dtype=float)
 
-    def _velocity_reference(self, time: FloatArray, seed: np.random.SeedSequence) -> dict[str, Stream]:
+    def _velocity_reference(self, time: FloatArray, seeds: Sequence[np.random.SeedSequence]) -> dict[str, Stream]:
         if not self.cfg.velocity_noise:
             return {}
-        rng = np.random.default_rng(seed)
-        values = self.cfg.velocity_noise * rng.standard_normal((time.size, 3))
+        drawn = [np.random.default_rng(seed).standard_normal((time.size, 3)) for seed in seeds]
+        values = self.cfg.velocity_noise * np.stack(drawn)
         return {"velocity_reference": Stream("velocity_reference", time, values, ("E", "N", "U"), "sample", time[0])}
 
     def _errors(self) -> ImuErrors:
@@ -179,16 +223,27 @@ class Simulation:
             return errors
         return ImuErrors(replace(errors.gyro, random_walk=0.0), replace(errors.accel, random_walk=0.0))
 
+    def _errors_of(self, errors: ImuErrors, starts: RunStarts, i: int) -> ImuErrors:
+        """With the biases of one run; a sensor of ``imu`` draws its own."""
+        if self.cfg.imu is not None:
+            return errors
+        gyro, accel = _three(starts.gyro_bias[i]), _three(starts.accel_bias[i])
+        return ImuErrors(replace(errors.gyro, bias=gyro), replace(errors.accel, bias=accel))
 
-def _truth(time: FloatArray, C_bn: FloatArray, realised: RealisedErrors) -> Truth:
-    """Biases are what was drawn for the run, with their drift; a scale factor is no bias."""
-    values = {
-        "C_bn": np.asarray(C_bn),
-        "velocity_n": np.zeros((time.size, 3)),
-        "accel_bias_b": realised.accel.bias,
-        "gyro_bias_b": realised.gyro.bias,
+
+def _three(vector: FloatArray) -> _Three:
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
+def _truth(C_bn: FloatArray, realised: Sequence[RealisedErrors]) -> dict[str, FloatArray]:
+    """Of runs; biases are what was drawn for each, with their drift; a scale factor is no bias."""
+    return {
+        "C_bn": np.asarray(C_bn)[None],
+        "velocity_n": np.zeros((1, len(C_bn), 3)),
+        "accel_bias_b": np.stack([one.accel.bias for one in realised]),
+        "gyro_bias_b": np.stack([one.gyro.bias for one in realised]),
     }
-    return Truth(time, values)
 
 
 def ideal_increments(edges: FloatArray, middles: FloatArray, site: Site, dt: float) -> tuple[FloatArray, FloatArray]:
