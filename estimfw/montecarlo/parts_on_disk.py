@@ -75,7 +75,7 @@ class PartFolder:
     def read(self, index: int) -> Part | None:
         """A finished part; None where there is none, or only a damaged one."""
         try:
-            with np.load(self._path(index), allow_pickle=False) as stored:
+            with np.load(BytesIO(self._path(index).read_bytes()), allow_pickle=False) as stored:
                 return {name: stored[name] for name in stored.files}
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
             return None
