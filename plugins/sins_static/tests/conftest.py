@@ -6,6 +6,7 @@ other, its own rotations and constants. It shares no line with the program.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,11 +15,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from estimfw.config.compose import Problem, compose
 from estimfw.config.generic.components import core_components
 from estimfw.config.load import load_document
+from estimfw.montecarlo.campaign import run_campaign
+from estimfw.montecarlo.dataset import campaign_dataset
 from estimfw.registry.load import load_plugins
 from estimfw.registry.registry import Registry
 from estimfw.run.run import Collected, run_problem
@@ -214,3 +218,20 @@ def misaligned() -> Callable[..., str]:
         return "source.misalignment=[" + ", ".join(f"{a!r} deg" for a in three) + "]"
 
     return text
+
+
+@pytest.fixture(scope="session")
+def monte_carlo() -> Callable[..., xr.Dataset]:
+    """The statistics of so many runs of a composed problem."""
+    return lambda problem, runs, seed=2024: campaign_dataset(run_campaign(problem, seed, runs))
+
+
+@pytest.fixture(scope="session")
+def verdicts() -> Callable[[xr.Dataset], dict[tuple[str, str], str]]:
+    """What is not consistent, by figure and quantity: the verdict."""
+
+    def failed(dataset: xr.Dataset) -> dict[tuple[str, str], str]:
+        entries = json.loads(dataset.attrs["judged"])
+        return {(e["figure"], e["quantity"]): e["verdict"] for e in entries if e["checked"] and not e["consistent"]}
+
+    return failed

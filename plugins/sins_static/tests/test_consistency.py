@@ -14,22 +14,22 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from estimfw.model.coefficient import identity
 from estimfw.model.prior import Prior
-from estimfw.run.run import run_problem
+from estimfw.montecarlo.draw import draw_runs
+from estimfw.montecarlo.filtering import filter_runs
 
 FloatArray = NDArray[np.float64]
+Composed = Callable[..., Any]
+Judged = Callable[..., Any]
 
-UG, DEG_H = 9.80665e-6, np.radians(1.0 / 3600.0)
 BEFORE = (
     "sins_static.constant_specific_force",
     "sins_static.remove_coriolis",
     "sins_static.bias_in_navigation_frame",
     "sins_static.remove_vertical_channel",
 )
-SIGMA_PHI = np.radians([0.01, 0.01, 0.1])
 SETTINGS = (
     "blocks.attitude_error.sigma=[0.01 deg, 0.01 deg, 0.1 deg]",
     "source.velocity_noise=0.1 m/s",
@@ -38,62 +38,72 @@ SETTINGS = (
 )
 
 
-def drawn_run(problem: Any, seed: int) -> tuple[Any, dict[str, FloatArray]]:
-    """A run from a start drawn from the prior, and its true biases."""
-    rng = np.random.default_rng([2024, seed])
-    phi = SIGMA_PHI * rng.standard_normal(3)
-    velocity = 0.1 * rng.standard_normal(3)
-    bias = {"accel_bias": 100.0 * UG * rng.standard_normal(3), "gyro_bias": 0.01 * DEG_H * rng.standard_normal(3)}
-    chosen = {name: tuple(float(x) for x in value) for name, value in bias.items()}
-    cfg = problem.source.cfg.model_copy(update={"seed": seed, **chosen})
-    record = replace(problem.source, cfg=cfg).load()
-    start = {
-        "C_bn": Rotation.from_rotvec(-phi).as_matrix() @ problem.source.C_bn,
-        "velocity_n": velocity,
-    }
-    return run_problem(replace(problem, initial=None), record=replace(record, initial=start)), bias
-
-
-def consistency(problem: Any, runs: int) -> tuple[float, float]:
-    """Mean NEES at the end and mean NIS over all epochs."""
-    nees, nis = [], []
-    for seed in range(1, runs + 1):
-        done, _ = drawn_run(problem, seed)
-        nees.append(squared(done.estimate[-1] - done.truth[-1], done.covariance[-1]))
-        nis.append(np.mean(done.nis))
-    return float(np.mean(nees)), float(np.mean(nis))
-
-
-def squared(error: FloatArray, covariance: FloatArray) -> float:
-    return float(error @ np.linalg.solve(covariance, error))
-
-
-def assert_consistent(problem: Any, runs: int, rows: int) -> None:
-    states = len(problem.plan.states)
-    nees, nis = consistency(problem, runs)
-    assert abs(nees - states) < 3.3 * np.sqrt(2.0 * states / runs), nees
+def assert_consistent(dataset: Any, states: int, rows: int) -> None:
+    """Within 3.3 deviations of the mean of so many runs at the end, and NIS within 0.03."""
+    nees = float(dataset["end_nees"].sel(quantity="all states").mean())
+    nis = float(dataset["run_nis"].sel(measurement="zero_velocity").mean())
+    assert abs(nees - states) < 3.3 * np.sqrt(2.0 * states / dataset.sizes["run"]), nees
     assert abs(nis - rows) < 0.03, nis
 
 
-@pytest.mark.parametrize(("example", "rows"), [("static_12", 3), ("static_10", 2)])
-def test_nees_and_nis_are_their_degrees_of_freedom(example: str, rows: int, composed: Callable[..., Any]) -> None:
-    assert_consistent(composed(example, *SETTINGS), 100, rows)
+@pytest.mark.parametrize(("states", "rows"), [(12, 3), (10, 2)])
+def test_nees_and_nis_are_their_degrees_of_freedom(
+    states: int, rows: int, composed: Composed, monte_carlo: Judged, verdicts: Judged
+) -> None:
+    dataset = monte_carlo(composed(f"static_{states}", *SETTINGS), 100)
+    assert_consistent(dataset, states, rows)
+    assert verdicts(dataset) == {}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("example", "rows"), [("static_12", 3), ("static_10", 2)])
-def test_nees_and_nis_of_400_runs(example: str, rows: int, composed: Callable[..., Any]) -> None:
-    assert_consistent(composed(example, *SETTINGS), 400, rows)
+@pytest.mark.parametrize(("states", "rows"), [(12, 3), (10, 2)])
+def test_nees_and_nis_of_400_runs(
+    states: int, rows: int, composed: Composed, monte_carlo: Judged, verdicts: Judged
+) -> None:
+    dataset = monte_carlo(composed(f"static_{states}", *SETTINGS), 400)
+    assert_consistent(dataset, states, rows)
+    assert verdicts(dataset) == {}
 
 
-def test_a_truly_still_base_shows_that_the_measurement_noise_is_too_large(ran: Callable[..., Any]) -> None:
+@pytest.mark.parametrize(
+    ("wrong", "figure", "word"),
+    [
+        # Twice the noise, four times the variance; the source stays as it is.
+        ("measurements.zero_velocity.noise=0.2 m/s", ("NIS", "zero_velocity"), "too small"),
+        ("measurements.zero_velocity.noise=0.05 m/s", ("NIS", "zero_velocity"), "too large"),
+        ("process.phi_angle.gyro_noise=0.0005 deg/sqrt(h)", ("NEES", "attitude_error"), "too large"),
+    ],
+)
+def test_noises_wrong_by_four_do_not_pass(
+    wrong: str, figure: tuple[str, str], word: str, composed: Composed, monte_carlo: Judged, verdicts: Judged
+) -> None:
+    # A quiet measurement and no biases, so that the gyros' noise is what the attitude's covariance is made of.
+    quiet = ("source.velocity_noise=0.001 m/s", "measurements.zero_velocity.noise=0.001 m/s")
+    calm = (*quiet, "blocks.gyro_bias.sigma=1e-5 deg/h", "blocks.accel_bias.sigma=0.01 ug", "source.duration=300 s")
+    settings = (*SETTINGS, *(calm if "gyro" in wrong else ()), wrong)
+    found = verdicts(monte_carlo(composed("static_10", *settings), 50))
+    assert found[figure].startswith(word)
+
+
+def test_a_truly_still_base_shows_that_the_measurement_noise_is_too_large(ran: Composed) -> None:
     # R = (0.1 m/s)^2 is 30 times the noise of a base that does not move at all: NIS 0.002.
     done = ran("static_7", "estimator.kernel=numba")
     assert np.mean(done.nis[100:]) < 0.01
 
 
+def test_sigmas_that_are_given_are_drawn_about_the_settings(composed: Composed) -> None:
+    fixed = ("source.misalignment_sigma=0 deg", "source.velocity_sigma=0 m/s", "source.accel_bias_sigma=0 ug")
+    problem = composed("static_12", *fixed, "source.gyro_bias_sigma=0.001 deg/h", "source.duration=1 s")
+    draws, as_set = draw_runs(problem, 3, range(500)), problem.source.load()
+    np.testing.assert_array_equal(draws.record.initial["C_bn"], np.tile(as_set.initial["C_bn"], (500, 1, 1)))
+    np.testing.assert_array_equal(draws.record.initial["velocity_n"], np.zeros((500, 3)))
+    gyro = np.degrees(draws.truth["gyro_bias_b"][:, 0]) * 3600.0
+    np.testing.assert_allclose(gyro.mean(axis=0), 0.01, atol=4 * 0.001 / np.sqrt(500))
+    np.testing.assert_allclose(gyro.std(axis=0), 0.001, rtol=0.15)
+
+
 def test_seven_states_are_consistent_with_the_combinations_and_not_with_the_attitude_itself(
-    composed: Callable[..., Any], quotient: Callable[..., FloatArray]
+    composed: Composed, quotient: Callable[..., FloatArray], monte_carlo: Judged
 ) -> None:
     ten = composed("static_12", f"policies=[{', '.join(BEFORE)}]", *SETTINGS)
     seven = composed("static_7", *SETTINGS)
@@ -101,15 +111,18 @@ def test_seven_states_are_consistent_with_the_combinations_and_not_with_the_atti
     _, P = ten.plan.prior.evaluate(ten.reference)
     rows = tuple(tuple(float(x) for x in row) for row in T @ P @ T.T)
     whole = replace(seven, plan=replace(seven.plan, prior=Prior((0.0,) * 7, rows, identity(7))))
-    of_combinations, of_attitude, runs = [], [], 100
-    for seed in range(1, runs + 1):
-        done, bias = drawn_run(whole, seed)
-        truth = dict(zip(done.prepared.plan.states, done.truth[-1], strict=True))
-        for axis, a, e in zip("ENU", bias["accel_bias"], bias["gyro_bias"], strict=True):
-            truth |= {f"accel_bias[{axis}]": a, f"gyro_bias[{axis}]": e}
-        combined = T @ np.array([truth[label] for label in ten.plan.states])
-        of_combinations.append(squared(done.estimate[-1] - combined, done.covariance[-1]))
-        phi = slice(2, 5)
-        of_attitude.append(squared((done.estimate[-1] - done.truth[-1])[phi], done.covariance[-1][phi, phi]))
-    assert abs(np.mean(of_combinations) - 7.0) < 3.3 * np.sqrt(14.0 / runs)
-    assert np.mean(of_attitude) > 30.0
+    runs, end = 100, np.array([599])
+    errors = {}
+    for name, problem in (("ten", ten), ("seven", whole)):
+        draws = draw_runs(problem, 2024, range(runs))
+        errors[name] = filter_runs(problem, draws, end, runs, [str(i) for i in range(runs)])
+    # The same draws: what the 10 states estimate, seen through T, is what the 7 estimate; so is their covariance.
+    combined = np.einsum("ij,rj->ri", T, errors["ten"].estimate[:, 0])
+    scale = np.sqrt(np.einsum("ii->i", errors["seven"].covariance[0, 0]))
+    assert np.max(np.abs(combined - errors["seven"].estimate[:, 0]) / scale) < 1e-6
+    both = T @ errors["ten"].covariance[0, 0] @ T.T
+    np.testing.assert_allclose(
+        both / np.outer(scale, scale), errors["seven"].covariance[0, 0] / np.outer(scale, scale), atol=1e-6
+    )
+    nees = monte_carlo(seven, runs)["end_nees"].mean("run")
+    assert float(nees.sel(quantity="attitude_error")) > 30.0
