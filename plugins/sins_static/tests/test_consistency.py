@@ -97,6 +97,7 @@ def test_sigmas_that_are_given_are_drawn_about_the_settings(composed: Composed) 
     draws, as_set = draw_runs(problem, 3, range(500)), problem.source.load()
     np.testing.assert_array_equal(draws.record.initial["C_bn"], np.tile(as_set.initial["C_bn"], (500, 1, 1)))
     np.testing.assert_array_equal(draws.record.initial["velocity_n"], np.zeros((500, 3)))
+    assert draws.truth is not None
     gyro = np.degrees(draws.truth["gyro_bias_b"][:, 0]) * 3600.0
     np.testing.assert_allclose(gyro.mean(axis=0), 0.01, atol=4 * 0.001 / np.sqrt(500))
     np.testing.assert_allclose(gyro.std(axis=0), 0.001, rtol=0.15)
