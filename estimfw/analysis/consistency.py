@@ -53,7 +53,7 @@ class Judged:
     def verdict(self) -> str:
         if self.inside:
             return "consistent"
-        return "too large: sigmas too small" if self.mean > self.high else "too small: sigmas too large"
+        return "sigmas too small" if self.mean > self.high else "sigmas too large"
 
 
 def level_of_each(confidence: float, tests: int) -> float:

@@ -99,7 +99,7 @@ def _shown(dataset: xr.Dataset) -> list[dict[str, object]]:
 
 
 def _chip(entry: dict[str, object]) -> str:
-    return f"{entry['figure']} of {entry['quantity']} {entry['verdict']}"
+    return f"{entry['figure']} of {entry['quantity']}: {entry['verdict']}"
 
 
 def _tone(entry: dict[str, object]) -> str:

@@ -44,24 +44,14 @@ def verdict_table(dataset: xr.Dataset, *, brief: bool = False) -> Table:
 
     ``brief`` leaves out single states and outputs that are consistent.
     """
-    head = (
-        "",
-        "figure",
-        "expected",
-        "over time",
-        "bounds",
-        "at the end",
-        "bounds at the end",
-        "instants outside",
-        "verdict",
-    )
+    head = ("", "figure", "verdict", "expected", "over time", "bounds", "at the end", "bounds at the end", "outside")
     entries = json_attribute(dataset, "judged", [])
     shown = [e for e in entries if not (brief and e["consistent"] and e["kind"] in ("state", "output"))]
     hidden = len(entries) - len(shown)
     return Table(
         head,
         tuple(_verdict_row(entry) for entry in shown),
-        frozenset(range(2, 8)),
+        frozenset(range(3, 9)),
         f"and {hidden} single states and outputs, all consistent" if hidden else "",
     )
 
@@ -73,13 +63,13 @@ def _verdict_row(entry: dict[str, Any]) -> tuple[Cell, ...]:
     return (
         Cell(entry["quantity"]),
         Cell(entry["figure"]),
+        Cell(entry["verdict"] + ("" if entry["checked"] else " (own)"), good),
         Cell(plain(entry["degrees_of_freedom"])),
         Cell(significant(whole["mean"], 4)),
         Cell(f"{significant(whole['low'], 4)} to {significant(whole['high'], 4)}"),
         Cell(significant(end["mean"], 4) if end else UNKNOWN),
         Cell(f"{significant(end['low'], 4)} to {significant(end['high'], 4)}" if end else UNKNOWN),
         Cell(f"{100 * outside:.0f} %" if outside == outside else UNKNOWN),
-        Cell(entry["verdict"] + ("" if entry["checked"] else " (own sigmas)"), good),
     )
 
 
@@ -89,5 +79,5 @@ def rule(dataset: xr.Dataset) -> str:
     return (
         f"A consistent filter passes all of these together with {share} % confidence: each mean over time and runs is judged "
         "with the effective number of independent samples that the scatter between runs shows, the last instant with the "
-        f"number of runs. Instants outside their own {share} % bounds are told, not judged: they are correlated."
+        f"number of runs. The share of instants outside their own {share} % bounds is told, not judged: they are correlated."
     )

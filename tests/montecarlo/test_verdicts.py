@@ -28,11 +28,11 @@ def test_a_consistent_filter_passes(tracked: Callable[..., Any], judged_runs: Ru
     ("wrong", "quantity", "word"),
     [
         # A noise twice as large is a variance four times as large.
-        ("measurements.fix.noise=6 m", ("NIS", "fix"), "too small"),
-        ("measurements.fix.noise=1.5 m", ("NEES", "position"), "too large"),
-        ("blocks.velocity.noise=0.6 m/s/sqrt(s)", ("NEES", "velocity"), "too small"),
-        ("blocks.velocity.noise=0.15 m/s/sqrt(s)", ("NEES", "velocity"), "too large"),
-        ("blocks.velocity.noise=0.15 m/s/sqrt(s)", ("NIS", "speed"), "too large"),
+        ("measurements.fix.noise=6 m", ("NIS", "fix"), "sigmas too large"),
+        ("measurements.fix.noise=1.5 m", ("NEES", "position"), "sigmas too small"),
+        ("blocks.velocity.noise=0.6 m/s/sqrt(s)", ("NEES", "velocity"), "sigmas too large"),
+        ("blocks.velocity.noise=0.15 m/s/sqrt(s)", ("NEES", "velocity"), "sigmas too small"),
+        ("blocks.velocity.noise=0.15 m/s/sqrt(s)", ("NIS", "speed"), "sigmas too small"),
     ],
 )
 def test_a_noise_that_is_wrong_by_four_is_seen(

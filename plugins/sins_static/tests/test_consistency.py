@@ -69,9 +69,9 @@ def test_nees_and_nis_of_400_runs(
     ("wrong", "figure", "word"),
     [
         # Twice the noise, four times the variance; the source stays as it is.
-        ("measurements.zero_velocity.noise=0.2 m/s", ("NIS", "zero_velocity"), "too small"),
-        ("measurements.zero_velocity.noise=0.05 m/s", ("NIS", "zero_velocity"), "too large"),
-        ("process.phi_angle.gyro_noise=0.0005 deg/sqrt(h)", ("NEES", "attitude_error"), "too large"),
+        ("measurements.zero_velocity.noise=0.2 m/s", ("NIS", "zero_velocity"), "sigmas too large"),
+        ("measurements.zero_velocity.noise=0.05 m/s", ("NIS", "zero_velocity"), "sigmas too small"),
+        ("process.phi_angle.gyro_noise=0.0005 deg/sqrt(h)", ("NEES", "attitude_error"), "sigmas too small"),
     ],
 )
 def test_noises_wrong_by_four_do_not_pass(
