@@ -48,6 +48,11 @@ class Spectrum:
         return max(self.rejected, default=0.0)
 
     @property
+    def gap(self) -> float:
+        """How many times larger the smallest kept is than the largest rejected."""
+        return self.smallest_accepted / self.largest_rejected if self.largest_rejected else float("inf")
+
+    @property
     def near_edge(self) -> bool:
         """A size within three decades of the tolerance: the rank hangs on it."""
         return self.smallest_accepted < NEAR * self.tolerance or self.largest_rejected > self.tolerance / NEAR

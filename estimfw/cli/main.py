@@ -29,6 +29,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "check": ("estimfw.cli.check", "Check a config without running it."),
     "explain": ("estimfw.cli.explain", "Show model, policies, equivalence and plan of a config."),
     "montecarlo": ("estimfw.cli.montecarlo", "Run a config many times; judge its errors and innovations."),
+    "observe": ("estimfw.cli.observe", "Tell what the measurements of a config can determine."),
     "simulate": ("estimfw.cli.simulate", "Write the record that a config's source simulates."),
     "schema": ("estimfw.cli.schema", "Print or write the JSON Schema of configs."),
     "plugins": ("estimfw.cli.plugins", "List plugins and their components."),

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from estimfw.cli.opening import config_arguments, open_problem, say, say_undetermined
+from estimfw.cli.progress import busy, progress
 from estimfw.errors import UsageError
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.console import Console
 
     from estimfw.config.compose import Problem
-    from estimfw.run.run import Collected, Progress
+    from estimfw.run.run import Collected
 
 __all__ = ["command"]
 
@@ -54,7 +53,7 @@ def command(
     else:
         with output_folder(folder, _names(csv=csv, report=report), force=force):
             done, dataset, shown = _run(problem, at, as_json)
-            with _busy("writing the result", as_json):
+            with busy("writing the result", as_json):
                 written = _write(dataset, shown, folder, force=force, csv=csv, report=report)
     if as_json:
         from estimfw.run.answer import answer
@@ -75,8 +74,8 @@ def _run(problem: Problem, at: float | None, quiet: bool) -> tuple[Collected, xr
     from estimfw.run.run import run_problem
     from estimfw.run.until import until
 
-    with _progress(quiet) as progress:
-        done = run_problem(problem, progress)
+    with progress(quiet) as shown:
+        done = run_problem(problem, shown)
     dataset = result_dataset(done)
     return done, dataset, dataset if at is None else until(dataset, at)
 
@@ -117,35 +116,3 @@ def _write(dataset: xr.Dataset, shown: xr.Dataset, folder: Path, *, force: bool,
 def _timing(done: Collected) -> dict[str, float]:
     t = done.timing
     return {"load_s": t.load, "prepare_s": t.prepare, "filter_s": t.filter}
-
-
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Progress | None]:
-    """A rich bar on standard error where that is a terminal."""
-    console = _terminal(quiet)
-    if console is None:
-        yield None
-        return
-    from rich.progress import Progress as Bar
-
-    with Bar(console=console, transient=True) as bar:
-        task = bar.add_task("filtering", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-@contextmanager
-def _busy(text: str, quiet: bool) -> Iterator[None]:
-    """A sign of life on standard error where that is a terminal."""
-    console = _terminal(quiet)
-    if console is None:
-        yield
-        return
-    with console.status(text):
-        yield
-
-
-def _terminal(quiet: bool) -> Console | None:
-    from rich.console import Console
-
-    made = Console(stderr=True)
-    return None if quiet or not made.is_terminal else made

@@ -148,8 +148,9 @@ class Plan:
             if self.time_invariant:
                 u, which = np.unique(inputs[own], axis=0, return_inverse=True)
                 a, q, b = self.discretised(rows[own[0]], u, np.array(length), doublings(float(length)))
-                Phi[own], Q[own] = a, q
-                d[own] = np.broadcast_to(b, (len(u), n))[which.ravel()]
+                each = which.ravel()
+                Phi[own], Q[own] = (np.broadcast_to(m, (len(u), n, n))[each] for m in (a, q))
+                d[own] = np.broadcast_to(b, (len(u), n))[each]
             else:
                 Phi[own], Q[own], d[own] = self.discretised(
                     rows[own], inputs[own], np.array(length), doublings(float(length))

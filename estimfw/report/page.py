@@ -8,7 +8,9 @@ from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 from estimfw.report.charts import charts_of
+from estimfw.report.degree_map import degree_map
 from estimfw.report.headline import Headline, headlines, start_line
+from estimfw.report.heat_map import HeatMap
 from estimfw.report.judgement import nis_verdict, sigma_caveat
 from estimfw.report.markup import facts, note, table
 from estimfw.report.numbers import count, plain
@@ -55,7 +57,9 @@ def page(dataset: xr.Dataset) -> str:
     charts = charts_of(dataset, points_per_curve(dataset))
     sections = [section for section in _sections(dataset, charts) if section.body]
     title = str(dataset.attrs.get("title") or "Estimation result")
-    return document(title, _header(dataset, title), sections, charts, _version(dataset))
+    heat = degree_map(dataset)
+    shown: list[Chart | HeatMap] = [*charts, *([heat] if heat is not None else [])]
+    return document(title, _header(dataset, title), sections, shown, _version(dataset))
 
 
 def points_per_curve(dataset: xr.Dataset) -> int:
@@ -84,6 +88,8 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
     yield drawn("states", "States", _loop_note(dataset))
     yield drawn("state_errors", "Errors of the states")
     yield drawn("sigmas", "Standard deviations")
+    heat, told = degree_map(dataset), "How much the measurements tell of each state"
+    yield Section("degrees", told, chart_block(heat, heat.title) if heat is not None else "")
     yield drawn("innovations", "Innovations", INNOVATIONS)
     yield drawn("nis", "Consistency (NIS)", NIS)
     yield Section("dispositions", "What became of the measurements", table(disposition_table(dataset)))

@@ -6,9 +6,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
+from typing import Any
 
 from plotly.offline import get_plotlyjs
 
+from estimfw.report.heat_map import HeatMap, heat_map_figure, heat_map_height
 from estimfw.report.interactive import height_of, plotly_figure
 from estimfw.report.markup import data_block, note
 from estimfw.report.palette import DARK_TWIN
@@ -38,9 +40,11 @@ class Section:
     body: str
 
 
-def document(title: str, header: str, sections: Sequence[Section], charts: Sequence[Chart], version: str) -> str:
+def document(
+    title: str, header: str, sections: Sequence[Section], charts: Sequence[Chart | HeatMap], version: str
+) -> str:
     """The whole page; ``header`` is HTML, ``charts`` are those that the sections show (`chart_block`)."""
-    figures = "".join(data_block(f"figure-{chart.key}", plotly_figure(chart)) for chart in charts)
+    figures = "".join(data_block(f"figure-{chart.key}", _figure(chart)) for chart in charts)
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
@@ -54,15 +58,23 @@ def document(title: str, header: str, sections: Sequence[Section], charts: Seque
     )
 
 
-def chart_block(chart: Chart, section: str) -> str:
+def chart_block(chart: Chart | HeatMap, section: str) -> str:
     """Where a chart stands in the section of that title."""
     told = note(chart.note) if chart.note else ""
     title = "" if chart.title == section else f"<h3>{escape(chart.title)}</h3>\n"
     return (
         f"{title}{told}"
-        f'<div class="chart" data-figure="figure-{chart.key}" style="height:{height_of(chart)}px" role="img" '
+        f'<div class="chart" data-figure="figure-{chart.key}" style="height:{_height(chart)}px" role="img" '
         f'aria-label="{escape(chart.title)}"></div>\n'
     )
+
+
+def _figure(chart: Chart | HeatMap) -> dict[str, Any]:
+    return heat_map_figure(chart) if isinstance(chart, HeatMap) else plotly_figure(chart)
+
+
+def _height(chart: Chart | HeatMap) -> int:
+    return heat_map_height(chart) if isinstance(chart, HeatMap) else height_of(chart)
 
 
 def _contents(sections: Iterable[Section]) -> str:

@@ -18,7 +18,7 @@ from estimfw.run.summary import json_attribute
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["print_result", "print_table"]
+__all__ = ["TONES", "print_result", "print_table"]
 
 EVENTS_SHOWN = 10
 TONES = {"good": "green", "warn": "yellow", "bad": "bold red"}

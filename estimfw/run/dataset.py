@@ -35,6 +35,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
     variables: dict[str, Any] = {
         "estimate": (("time", "state"), done.estimate),
         "sigma": (("time", "state"), done.sigma),
+        "prior_sigma": ("state", np.sqrt(np.diag(done.prepared.prior[1]))),
         "covariance": (("covariance_time", "state", "state_column"), done.covariance),
         **_outputs(done),
         **_truths(done),

@@ -31,6 +31,7 @@ SHEET: dict[str, tuple[str, str | None]] = {
     "state_display_scale": ("factor from the SI unit to the display unit of each state", "1"),
     "estimate": ("estimate of each state", PER_STATE),
     "sigma": ("standard deviation of each estimate, from the filter's covariance", PER_STATE),
+    "prior_sigma": ("standard deviation of each state that a start of the filter assumes", PER_STATE),
     "covariance_time": ("time of each stored covariance", "s"),
     "covariance": ("covariance of the estimates", "product of the SI units of its states, see state_unit"),
     "unmeasured_mean": ("each state without any measurement; NaN where others drive it", PER_STATE),
