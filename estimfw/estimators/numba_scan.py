@@ -48,12 +48,10 @@ class NumbaScan:
         )
         self._load(initial_row)
 
-    def begun(self, initial_row: FloatArray, prior: tuple[FloatArray, FloatArray]) -> NumbaScan:
-        """The same recursion from another start, such as that of another run."""
+    def begun(self, doublings: SubSteps, mean: FloatArray, form: FloatArray) -> NumbaScan:
+        """The same recursion with the sub-steps and the prior of another run, its covariance in the kernel's form."""
         other = copy(self)
-        other.doublings = SubSteps(self.plan, initial_row)
-        kernel = ud if self.settings.covariance == "ud" else joseph
-        other.prior = (np.ascontiguousarray(prior[0], dtype=float), np.ascontiguousarray(kernel.factor(prior[1])))
+        other.doublings, other.prior = doublings, (np.ascontiguousarray(mean), np.ascontiguousarray(form))
         return other
 
     def _load(self, row: FloatArray) -> None:

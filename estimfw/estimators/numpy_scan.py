@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from types import ModuleType
 
 import numpy as np
@@ -54,9 +55,12 @@ class NumpyScan:
         self.corrected = np.array(plan.corrected, dtype=bool)
         self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
 
-    def begun(self, initial_row: FloatArray, prior: tuple[FloatArray, FloatArray]) -> NumpyScan:
-        """The same recursion from another start, such as that of another run."""
-        return NumpyScan(self.plan, self.provider, self.settings, initial_row, prior)
+    def begun(self, doublings: SubSteps, mean: FloatArray, form: FloatArray) -> NumpyScan:
+        """The same recursion with the sub-steps and the prior of another run, its covariance in the kernel's form."""
+        other = copy(self)
+        other.doublings, other.mean, other.form = doublings, mean, form
+        other.tables = self.tables if doublings is self.doublings else {}
+        return other
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""

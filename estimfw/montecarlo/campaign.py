@@ -195,6 +195,6 @@ def _dask_client(address: str):  # type: ignore[no-untyped-def]
             hint="pip install 'estimfw[dask]'; or leave it out and use --workers",
         ) from None
     try:
-        return Client(address)
+        return Client(address, timeout="10s")
     except (OSError, ValueError) as fault:
         raise UsageError(f"no dask scheduler answers at {address}: {fault}", hint="such as tcp://host:8786") from fault

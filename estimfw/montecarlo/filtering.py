@@ -13,7 +13,7 @@ from estimfw.data.draws import Draws
 from estimfw.data.record import Record
 from estimfw.errors import DataError, NumericalError
 from estimfw.estimators.many_runs import scan_runs
-from estimfw.estimators.scan import ChunkResult, FilterState, refuse_lost
+from estimfw.estimators.scan import ChunkResult, FilterState, SubSteps, refuse_lost
 from estimfw.kernels import joseph, ud
 from estimfw.model.nominal import InitialNominal
 from estimfw.registry.contract import plugin_code
@@ -160,11 +160,20 @@ def _begun(
     kernel = ud if problem.estimator.covariance == "ud" else joseph
     forms = kernel.factor(covariances)
     first = chosen_scan(problem, bound, rows[0], (means[0], covariances[0]), len(prepared.steps) * runs_in_all)
-    scans = [first.begun(rows[i], (means[i], covariances[i])) for i in range(count)]
+    scans = [first.begun(sub, means[i], forms[i]) for i, sub in enumerate(_sub_steps(problem, first, rows))]
     for scan in scans:
         for dt in np.unique(prepared.steps.dt):
             scan.doublings(float(dt))
     return scans, [FilterState(means[i].copy(), forms[i], providers[i], rows[i]) for i in range(count)]
+
+
+def _sub_steps(problem: Problem, first: Scan, rows: FloatArray) -> list[SubSteps]:
+    """Of each run; one for all where they begin with the same dynamics."""
+    plan = problem.plan
+    F = plan.F.evaluate(plan.layout.complete(rows))
+    if np.all(F[:1] == F):
+        return [first.doublings] * len(rows)
+    return [SubSteps(plan, row) for row in rows]
 
 
 def _start(problem: Problem, record: Record) -> InitialNominal:
