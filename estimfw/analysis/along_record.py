@@ -154,8 +154,8 @@ class Watch:
             found = piecewise_observability([s for _, s in part.frozen], self._prior)
             ranks = np.cumsum([a.shape[1] for a in found.added])
             for (begin, frozen), values, rank in zip(part.frozen, part.values, ranks, strict=True):
-                end = float(self._time[begin] - self._dt[begin]) + frozen.duration
-                start = float(self._time[begin] - self._dt[begin])
+                start = round(float(self._time[begin] - self._dt[begin]), 9)
+                end = round(start + frozen.duration, 9)
                 segments.append(Segment(start, end, begin == part.frozen[0][0], frozen, values, int(rank)))
         last = [s for _, s in self._parts[-1].frozen]
         return AlongRecord(

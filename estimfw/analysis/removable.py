@@ -24,8 +24,8 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 States = tuple[int, ...]
 
-#: Sets that are looked at, and sets whose rest is analysed anew, times n^3: some seconds.
-MOST_SETS = 50_000
+#: Rows of sets that are looked at, and sets whose rest is analysed anew, times n^3: some seconds.
+MOST_ROWS = 150_000
 MOST_WORK = 1e7
 #: Independent rows of the kernel, each scaled to 1: the part outside of the others'.
 INDEPENDENT = 1e-7
@@ -74,7 +74,7 @@ def removable_sets(
     for candidate in _candidates(rows, free, smallest=1 if np.any(driving[free]) else unseen):
         if len(candidate) == n or _is_known(candidate, sets, smaller):
             continue
-        if tried >= MOST_SETS or work > MOST_WORK:
+        if tried * unseen >= MOST_ROWS or work > MOST_WORK:
             complete = False
             break
         tried += 1

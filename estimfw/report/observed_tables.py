@@ -9,15 +9,16 @@ from estimfw.run.observe import Observed
 from estimfw.units.unit_text import parse_unit
 
 __all__ = [
-    "chosen_text", "direction_table", "headline", "record_table", "record_texts", "removable_table", "spectrum_texts",
-    "state_table",
+    "DIRECTIONS_SHOWN", "chosen_text", "direction_table", "headline", "record_table", "record_texts", "removable_table",
+    "spectrum_texts", "state_table",
 ]  # fmt: skip
 
 KNOWN, UNKNOWN_LEFT = 0.1, 0.99
 """Of the prior sigma: below is well known, above the measurements tell nothing."""
 
 NOTHING = 1e-9
-SETS_SHOWN = 30
+ENDS = 8
+SETS_SHOWN, DIRECTIONS_SHOWN = 30, 20
 
 
 def headline(found: Observed) -> str:
@@ -34,8 +35,8 @@ def headline(found: Observed) -> str:
 def spectrum_texts(found: Observability) -> list[str]:
     """Kept and rejected values, and how clear the rank is."""
     spectrum = found.spectrum
-    lines = [f"kept      {'  '.join(f'{v:.2g}' for v in spectrum.accepted) or 'none'}"]
-    lines.append(f"rejected  {'  '.join(f'{v:.1e}' for v in spectrum.rejected) or 'none'}")
+    lines = [f"kept      {_listed([f'{v:.2g}' for v in spectrum.accepted])}"]
+    lines.append(f"rejected  {_listed([f'{v:.1e}' for v in spectrum.rejected])}")
     edge = f"smallest kept {spectrum.smallest_accepted:.2g}, largest rejected {spectrum.largest_rejected:.1g}"
     edge += f", tolerance {spectrum.tolerance:.0e}"
     verdict = "the rank is near the edge: it hangs on the tolerance" if spectrum.near_edge else "the rank is clear"
@@ -44,14 +45,14 @@ def spectrum_texts(found: Observability) -> list[str]:
 
 def direction_table(found: Observed) -> Table:
     """A combination a row, with a change of one prior sigma along it."""
-    rows = tuple((Cell(f"{d.text}\nsuch as {d.example}"),) for d in found.directions)
+    rows = tuple((Cell(f"{d.text}\nsuch as {d.example}"),) for d in found.directions[:DIRECTIONS_SHOWN])
     growing = [r for r in found.rates if r > 1e-9]
     fading = [r for r in found.rates if r < -1e-12]
-    told = []
+    told = [f"{len(found.directions) - len(rows)} more: see --json"] if len(rows) < len(found.directions) else []
     if fading:
-        told.append(f"{len(fading)} of them decay by themselves")
+        told.append(f"{len(fading)} of them {'decays by itself' if len(fading) == 1 else 'decay by themselves'}")
     if growing:
-        told.append(f"{len(growing)} of them grow: no measurement stops that")
+        told.append(f"{len(growing)} of them {'grows' if len(growing) == 1 else 'grow'}: no measurement stops that")
     return Table(("combination",), rows, note="; ".join(told))
 
 
@@ -82,20 +83,20 @@ def removable_table(found: Observed) -> Table:
     for chosen in found.removable.sets[:SETS_SHOWN]:
         names = found.labels(chosen)
         mark = Cell("chosen", "good") if names == found.chosen else Cell("")
-        degrees = ", ".join(plain(round(float(found.frozen.degree[i]), 4)) for i in chosen)
+        degrees = _each([float(found.frozen.degree[i]) for i in chosen])
         rows.append((Cell(", ".join(names)), Cell(degrees), mark))
     own = set(found.protected)
     for names in found.hit[: max(0, SETS_SHOWN - len(rows))]:
         at = [found.names.states.index(s) for s in names]
-        degrees = ", ".join(plain(round(float(found.frozen.degree[i]), 4)) for i in at)
+        degrees = _each([float(found.frozen.degree[i]) for i in at])
         hit = ", ".join(s for s in names if s in own)
         rows.append((Cell(", ".join(names)), Cell(degrees), Cell(f"protected: {hit}", "warn")))
     missing = len(found.removable.sets) + len(found.hit) - len(rows)
     notes = [f"{missing} more: see --json"] if missing > 0 else []
-    for search, what in ((found.removable, "sets"), (found.all_removable, "sets with protected states")):
-        if not search.complete:
-            notes.append(f"the search for {what} was stopped after {search.tried} candidates: there may be more")
-    return Table(("remove", "keep, of the prior sigma", ""), tuple(rows), note="; ".join(dict.fromkeys(notes)))
+    tried = [r.tried for r in (found.removable, found.all_removable) if not r.complete]
+    if tried:
+        notes.append(f"the search was stopped after {max(tried)} candidates: there may be more")
+    return Table(("remove", "keep, of the prior sigma", ""), tuple(rows), note="; ".join(notes))
 
 
 def chosen_text(found: Observed) -> str:
@@ -103,10 +104,12 @@ def chosen_text(found: Observed) -> str:
     guard = f"protected: {', '.join(found.protected)}" if found.protected else "nothing is protected"
     if found.frozen.rank == len(found.names.states):
         return "nothing to remove"
+    if not found.frozen.rank:
+        return "no measurement tells of any state: nothing would be left"
     if found.chosen is None:
         return f"no set can go without a protected state ({guard})"
     degrees = [float(found.frozen.degree[found.names.states.index(s)]) for s in found.chosen]
-    kept = ", ".join(plain(round(d, 4)) for d in degrees)
+    kept = _each(degrees)
     only = len(found.removable.sets) == 1
     why = "the only set" if only else f"of {len(found.removable.sets)} sets the least determined"
     return (
@@ -147,7 +150,7 @@ def record_texts(found: Observed) -> list[str]:
     """The singular values of the Gramian, and what they say against the frozen rank."""
     assert found.record is not None
     last = found.record.segments[-1].gramian
-    lines = [f"singular values of the Gramian at the end  {'  '.join(f'{s:.2g}' for s in last.singular)}"]
+    lines = [f"singular values of the Gramian at the end  {_listed([f'{s:.2g}' for s in last.singular])}"]
     if last.rank > found.frozen.rank:
         lines.append(
             f"along the record {last.rank} combinations move the measurements, more than the {found.frozen.rank} of the frozen "
@@ -164,6 +167,19 @@ def record_texts(found: Observed) -> list[str]:
     return lines
 
 
+def _listed(values: list[str]) -> str:
+    """All of a few; of many the first and the last."""
+    if len(values) <= 2 * ENDS:
+        return "  ".join(values) or "none"
+    return f"{'  '.join(values[:ENDS])}  ... {len(values)} in all ...  {'  '.join(values[-ENDS:])}"
+
+
+def _each(degrees: list[float]) -> str:
+    if len(degrees) <= ENDS:
+        return ", ".join(plain(round(d, 4)) for d in degrees)
+    return f"{plain(round(min(degrees), 4))} to {plain(round(max(degrees), 4))}"
+
+
 def _sigma(found: Observed, i: int) -> str:
     unit, display = found.names.units[i], found.names.display[i]
     scale = float(parse_unit(unit).scale) / float(parse_unit(display).scale)
@@ -175,7 +191,7 @@ def _degree(value: float) -> Cell:
         return Cell(UNKNOWN)
     value = 0.0 if value < NOTHING else value
     tone = "good" if value < KNOWN else "bad" if value > UNKNOWN_LEFT else ""
-    return Cell(f"{value:.2g}" if value < 0.01 else f"{value:.3f}", tone)
+    return Cell(f"{value:.2g}" if value < 0.01 or value >= 1e3 else f"{value:.3f}", tone)
 
 
 def _sparkline(values: list[float]) -> str:

@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.text import Text
 
 from estimfw.report.observed_tables import (
+    DIRECTIONS_SHOWN,
     chosen_text,
     direction_table,
     headline,
@@ -44,7 +45,7 @@ def _print_directions(found: Observed, console: Console) -> None:
         return
     console.print()
     console.print(Text("Not observable", style="bold"))
-    for one in found.directions:
+    for one in found.directions[:DIRECTIONS_SHOWN]:
         console.print(Text(f"  {one.text}"))
         console.print(Text(f"      such as {one.example}", style="dim"))
     told = direction_table(found).note

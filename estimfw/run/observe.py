@@ -119,7 +119,7 @@ def observe(
         directions=tuple(directions_of(found, prior, names, driven)),
         rates=tuple(float(r) for r in unseen_rates(found, frozen.F)),
         removable=removable,
-        all_removable=removable_sets(found, [frozen], prior, [False] * len(guarded)),
+        all_removable=removable_sets(found, [frozen], prior, [False] * len(guarded)) if any(guarded) else removable,
         protected=tuple(protected),
         chosen=None if chosen is None else tuple(model.states[i] for i in chosen),
         prior_sigma=tuple(np.sqrt(np.diag(prior)).tolist()),

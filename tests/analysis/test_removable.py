@@ -94,7 +94,7 @@ def test_one_state_can_be_enough_for_two_directions() -> None:
 
 
 def test_a_search_that_was_cut_says_so_and_has_the_set_to_delete(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(removable, "MOST_SETS", 5)
+    monkeypatch.setattr(removable, "MOST_ROWS", 5 * 7)
     F, H, P = np.zeros((8, 8)), np.ones((1, 8)), np.diag(np.arange(1.0, 9.0))
     found, stretches = frozen_observability(F, H, P), [LinearStretch(F, H)]
     sets = removable_sets(found, stretches, P, [False] * 8)

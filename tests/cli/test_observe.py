@@ -64,3 +64,27 @@ def test_a_page_is_written_once(estimfw: Callable[..., Told]) -> None:
 def test_slips_are_told(estimfw: Callable[..., Told], arguments: tuple[str, ...], code: int, text: str) -> None:
     told = estimfw("observe", TRACKER, *SHORT, *arguments)
     assert told.code == code and text in told.err
+
+
+def test_nothing_measured_is_told_plainly(estimfw: Callable[..., Told]) -> None:
+    Path("blind.yaml").write_text(
+        "estimfw: 1\nname: blind\nblocks:\n  a: {kind: random_constant, unit: m, sigma: 5 m}\n"
+    )
+    told = estimfw("observe", "blind.yaml")
+    assert told.code == 0
+    assert "rank 0 of 1" in told.out and "nothing would be left" in told.out
+    assert "the config has no source" in told.err
+
+
+def test_many_states_are_told_briefly_and_a_stopped_search_is_said(estimfw: Callable[..., Told]) -> None:
+    axes = ", ".join(f"s{i}" for i in range(40))
+    blocks = [
+        f"  {n}: {{kind: random_constant, unit: m, axes: [{axes}], sigma: {s} m}}" for n, s in (("a", 50), ("b", 5))
+    ]
+    measured = "measurements:\n  z: {kind: direct, of: [{block: a}, {block: b}], noise: 3 m}\n"
+    Path("many.yaml").write_text("\n".join(["estimfw: 1", "name: many", "blocks:", *blocks, measured]))
+    told = estimfw("observe", "many.yaml")
+    assert told.code == 0
+    assert "40 in all" in told.out and "the search was stopped after" in told.out
+    assert "would remove b[s0], b[s1]" in told.out
+    assert "20 more: see --json" in told.out
