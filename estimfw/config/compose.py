@@ -18,6 +18,7 @@ from estimfw.config.generic.kalman import KalmanConfig, kalman
 from estimfw.config.generic.nominal import ConstantNominal
 from estimfw.config.generic.values import STATE_BYTES
 from estimfw.config.model_context import ModelContext
+from estimfw.config.truth import Truth, own_truth
 from estimfw.config.validate import validate
 from estimfw.data.memory import refuse_too_large
 from estimfw.errors import ConfigError
@@ -72,6 +73,8 @@ class Problem:
     aiding : mapping of str to object
         Further sources, whose streams join the record.
     monitors : tuple of objects
+    truth : Truth or None
+        The truth model beside the filter's own; None where they are the same.
     undetermined : tuple of str
         Combinations of states that the measurements do not determine, at the reference nominal.
     warnings : tuple of str
@@ -95,6 +98,7 @@ class Problem:
     source: Any
     aiding: Mapping[str, Any]
     monitors: tuple[Any, ...]
+    truth: Truth | None
     undetermined: tuple[str, ...]
     warnings: tuple[str, ...]
     owners: Mapping[str, str]
@@ -126,14 +130,16 @@ def compose(document: Document, registry: Registry) -> Problem:
     discretisation = kalman(estimator)
     settings = replace(settings, evaluation=discretisation.evaluation)
     plan = _plan(model, provider, settings, estimator, document)
+    truth, unpriced = own_truth(full, model, changes, provider, settings.computed, reference, plan)
     return Problem(
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
         checks=checks, provider=provider,
         settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
         aiding=aiding,
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
+        truth=truth,
         undetermined=tuple(undetectable_directions(model, reference)),
-        warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry)),
+        warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry), *unpriced),
         owners=build.owners,
     )  # fmt: skip
 

@@ -35,8 +35,8 @@ class Stretch:
         Where it began.
     covariance_before : (n, n) array
         Of the estimate there.
-    prior : (n, n) array
-        The covariance that a restart begins with.
+    prior_mean, prior : (n,) and (n, n) array
+        What a restart begins with: mean and covariance.
     time : (K,) array, s
         Ends of the steps.
     doublings : callable
@@ -50,6 +50,7 @@ class Stretch:
     result: ChunkResult
     before: FilterState
     covariance_before: FloatArray
+    prior_mean: FloatArray
     prior: FloatArray
     time: FloatArray
     doublings: Callable[[float], int]
@@ -79,37 +80,41 @@ class Stretch:
     def rows(self) -> tuple[FloatArray, FloatArray]:
         """Process rows and end rows (K, size), complete, as the filter met them."""
         if self.provider is None:
-            return self._still, self.end_rows
-        own = np.append(False, self.corrected[:-1]) | self.chunk.restart
-        process, _ = self._stepped(own)
+            row = self.plan.layout.complete(self.before.row)
+            return np.broadcast_to(row, (len(self), *row.shape)), self.end_rows
+        _, process, _ = self.provider.step(self._begun, self.chunk.samples)
         return self.plan.layout.complete(process), self.end_rows
 
     @cached_property
     def best_rows(self) -> tuple[FloatArray, FloatArray]:
-        """Process rows and end rows (K, provided) of a provider that starts each step corrected by the estimate.
+        """Process and end rows (K, provided) of a provider that begins each step as the estimate after it says it should have.
 
         The operating point as it is believed to be at that time, also in open loop.
         """
         if self.provider is None:
             return np.broadcast_to(self.before.row, self.result.rows.shape), self.result.rows
-        return self._stepped(np.ones(len(self), dtype=bool))
-
-    @property
-    def _still(self) -> FloatArray:
-        row = self.plan.layout.complete(self.before.row)
-        return np.broadcast_to(row, (len(self), *row.shape))
-
-    def _stepped(self, correcting: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-        """The provider stepped anew from the end of each step before, corrected by the estimate where ``correcting``."""
-        assert self.provider is not None
-        state = np.vstack([self.before.provider, self.result.provider[:-1]])
+        state = self._begun
         if any(self.plan.corrected):
-            x = np.vstack([self.before.x, self.result.estimate[:-1]])
-            row = np.vstack([self.before.row, self.result.rows[:-1]])
-            delta = np.einsum("kij,kj->ki", self.plan.correction.evaluate(self.plan.layout.complete(row)), x)
-            state = self.provider.correct(state, np.where(correcting[:, None], delta, 0.0))
+            state = self.provider.correct(state, self._taken_off(self.result.estimate, self.result.rows))
         _, process, end = self.provider.step(state, self.chunk.samples)
         return process, end
+
+    @cached_property
+    def _begun(self) -> FloatArray:
+        """The provider's state at the begin of each step (K, n_state), corrected where the filter did."""
+        assert self.provider is not None
+        state = np.vstack([self.before.provider, self.result.provider[:-1]])
+        if not any(self.plan.corrected):
+            return state
+        x = np.vstack([self.before.x, self.result.estimate[:-1]])
+        row = np.vstack([self.before.row, self.result.rows[:-1]])
+        correcting = np.append(False, self.corrected[:-1]) | self.chunk.restart
+        return self.provider.correct(state, np.where(correcting[:, None], self._taken_off(x, row), 0.0))
+
+    def _taken_off(self, x: FloatArray, row: FloatArray) -> FloatArray:
+        """What estimates x (K, n) at nominal rows (K, provided) take off the nominal, (K, 3 * slots)."""
+        C = self.plan.correction.evaluate(self.plan.layout.complete(row))
+        return np.asarray(np.einsum("kij,kj->ki", C, x))
 
 
 Watcher = Callable[[Stretch], None]

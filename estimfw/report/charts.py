@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from estimfw.data.record import FloatArray
 from estimfw.report.consistency import innovation_chart, nis_chart
-from estimfw.report.palette import BAND, ROLES, SERIES
+from estimfw.report.palette import BAND, BAND_HONEST, ROLES, SERIES
 from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinned
 from estimfw.report.series import Axis, Series, grouped, series_of
 from estimfw.report.timescale import TimeScale
@@ -25,6 +25,7 @@ ROWS = 6
 """Panels of one chart: more do not fit on a page."""
 
 FOCUS_NOTE = "Some vertical axes leave out how the run starts, so that its end can be seen."
+HONEST_NOTE = "Lines: the reduced filter's own sigmas. Dashed: the honest ones, on the unreduced model."
 ANGLE_NOTE = "Angles are drawn without jumps: a curve may go beyond its range by a whole turn (361 deg is 1 deg)."
 
 
@@ -78,8 +79,9 @@ def _axis_charts(dataset: xr.Dataset, axis: Axis, scale: TimeScale, limit: int) 
 
 
 def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
-    value, spread = one.value, 3 * one.sigma
-    time, (value, lower, upper, truth) = thinned(time, (value, value - spread, value + spread, one.truth), limit)
+    value, spread, honest = one.value, 3 * one.sigma, 3 * one.honest
+    columns = (value, one.truth, value - spread, value + spread, value - honest, value + honest)
+    time, (value, truth, *edges) = thinned(time, columns, limit)
     curves = [Curve("estimate", time, value, ROLES["value"])]
     if np.isfinite(truth).any():
         curves.append(Curve("truth", time, truth, ROLES["truth"], "dashed"))
@@ -87,20 +89,24 @@ def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
         one.label,
         one.unit,
         tuple(curves),
-        _bands(time, lower, upper),
-        view=focused((time, value), (time, lower), (time, upper), (time, truth)),
+        _bands(time, edges),
+        view=focused((time, value), *((time, edge) for edge in edges), (time, truth)),
     )
 
 
 def _error_panel(one: Series, time: FloatArray, limit: int) -> Panel:
-    spread = 3 * one.sigma
-    time, (error, lower, upper) = thinned(time, (one.error, -spread, spread), limit)
+    spread, honest = 3 * one.sigma, 3 * one.honest
+    time, (error, *edges) = thinned(time, (one.error, -spread, spread, -honest, honest), limit)
     curve = Curve("estimate − truth", time, error, ROLES["value"])
-    view = focused((time, error), (time, lower), (time, upper))
-    return Panel(one.label, one.unit, (curve,), _bands(time, lower, upper), view=view)
+    view = focused((time, error), *((time, edge) for edge in edges))
+    return Panel(one.label, one.unit, (curve,), _bands(time, edges), view=view)
 
 
-def _bands(time: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[Band, ...]:
+def _bands(time: FloatArray, edges: Sequence[FloatArray]) -> tuple[Band, ...]:
+    """The own band, and behind it the honest one where there is one; ``edges`` are lower and upper of both."""
+    lower, upper, low, high = edges
+    if np.isfinite(low).any():
+        return Band("±3σ honest", time, low, high, BAND_HONEST), Band("±3σ own", time, lower, upper, BAND)
     return (Band("±3σ", time, lower, upper, BAND),) if np.isfinite(lower).any() else ()
 
 
@@ -109,16 +115,20 @@ def _sigma_charts(dataset: xr.Dataset, scale: TimeScale, limit: int) -> Iterator
     time = scale.of_seconds(dataset["time"].to_numpy())
     series = (*series_of(dataset, "output"), *series_of(dataset, "state"))
     panels = [_sigma_panel(group, time, limit) for group in grouped(series, len(SERIES))]
+    note = HONEST_NOTE if "honest_sigma" in dataset else ""
     for start in range(0, len(panels), ROWS):
-        yield Chart("sigmas", "sigmas", "Standard deviations", scale.unit, tuple(panels[start : start + ROWS]))
+        yield Chart("sigmas", "sigmas", "Standard deviations", scale.unit, tuple(panels[start : start + ROWS]), note)
 
 
 def _sigma_panel(group: tuple[Series, ...], time: FloatArray, limit: int) -> Panel:
     curves = []
     for place, (one, colour) in enumerate(zip(group, SERIES, strict=False)):
-        sigma = one.sigma
-        thin_time, (positive,) = thinned(time, (np.where(sigma > 0, sigma, np.nan),), limit)
-        curves.append(Curve(one.member, thin_time, positive, colour, "dashed" if place % 2 else "line"))
+        own, honest = (np.where(sigma > 0, sigma, np.nan) for sigma in (one.sigma, one.honest))
+        reduced = bool(np.isfinite(honest).any())
+        thin_time, (own, honest) = thinned(time, (own, honest), limit)
+        curves.append(Curve(one.member, thin_time, own, colour, "dashed" if place % 2 and not reduced else "line"))
+        if reduced:
+            curves.append(Curve(f"{one.member} honest", thin_time, honest, colour, "dashed", listed=False))
     return Panel(f"σ of {group[0].group}", group[0].unit, tuple(curves), logarithmic=True)
 
 

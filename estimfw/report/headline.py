@@ -21,8 +21,8 @@ ARCMIN = 60 * 180 / math.pi
 class Headline:
     """One output at the end as text: ``yaw``, ``179.982``, ``0.061``, ``deg``.
 
-    ``fine`` is the sigma in arcmin for an angle, else empty; ``error`` says how far it is from the truth, where that is
-    known; ``trusted`` is False where the truth lies outside of 3 sigma.
+    ``sigma`` is the honest one where the model was reduced, ``fine`` the same in arcmin for an angle, else empty; ``error`` says
+    how far it is from the truth, where that is known; ``trusted`` is False where the truth lies outside of 3 sigma.
     """
 
     name: str
@@ -52,7 +52,8 @@ def start_line(dataset: xr.Dataset) -> str:
 
 
 def _headline(end: EndValue) -> Headline:
-    value, sigma, error = end.display()
+    value, _, error = end.display()
+    sigma = end.trusted * end.display_scale
     shown, spread = plus_minus(value, sigma)
     is_angle = end.unit == "rad"
     unit = {"deg": "°"}.get(end.display_unit, f" {end.display_unit}")
@@ -65,7 +66,7 @@ def _headline(end: EndValue) -> Headline:
         value=shown,
         sigma=spread,
         unit=unit,
-        fine=f"{significant(end.sigma * ARCMIN, 2)}′" if is_angle and math.isfinite(end.sigma) else "",
+        fine=f"{significant(end.trusted * ARCMIN, 2)}′" if is_angle and math.isfinite(end.trusted) else "",
         error=error_text,
         trusted=not abs(error) > 3 * sigma,
     )

@@ -144,6 +144,8 @@ def _curve_trace(curve: Curve) -> dict[str, Any]:
         "name": escape(curve.name),
         "legendgroup": curve.name,
     }
+    if not curve.listed:
+        trace["showlegend"] = False
     if curve.style in DASHES:
         alone = np.isfinite(curve.values).sum() == 1
         trace |= {"mode": "markers" if alone else "lines", "marker": {"color": curve.colour, "size": 8}}

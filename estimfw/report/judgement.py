@@ -48,7 +48,9 @@ def nis_verdict(one: MeasurementSummary) -> Verdict:
 
 
 def sigma_caveat(dataset: xr.Dataset) -> str:
-    """One line where the model was reduced by an approximation, of which its sigmas know nothing; else empty."""
+    """One line where the model was reduced, on which of its sigmas to go by; else empty."""
+    if "honest_sigma" in dataset:
+        return _honest_line(dataset)
     policies = [one for one in json_attribute(dataset, "policies", []) if one.get("kind") == "approximate"]
     if not policies:
         return ""
@@ -57,3 +59,13 @@ def sigma_caveat(dataset: xr.Dataset) -> str:
     without = f", and the removed states ({removed}) are not in them" if removed else ""
     verb = "approximates" if len(policies) == 1 else "approximate"
     return f"The sigmas are the reduced filter's own: {names} {verb} the model{without}."
+
+
+def _honest_line(dataset: xr.Dataset) -> str:
+    truth = json_attribute(dataset, "truth_model", {})
+    removed = ", ".join(str(state) for state in truth.get("removed_states") or [])
+    told = "The honest sigmas are those of the errors on the unreduced model"
+    told += f", in which the removed states ({removed}) live on" if removed else ""
+    told += "; the reduced filter's own sigmas do not know what it left out."
+    lost = ", ".join(str(name) for name in truth.get("unmodelled") or [])
+    return told + (f" Not even the unreduced model has what mirrors {lost}: that is in neither." if lost else "")

@@ -5,7 +5,7 @@ After Okabe and Ito, "Color Universal Design" (2008); the dark twins are the sam
 
 from __future__ import annotations
 
-__all__ = ["BAND", "BAND_MOST", "BAND_NEARLY_ALL", "DARK_TWIN", "INK", "ROLES", "SERIES", "SOFT"]
+__all__ = ["BAND", "BAND_HONEST", "BAND_MOST", "BAND_NEARLY_ALL", "DARK_TWIN", "INK", "ROLES", "SERIES", "SOFT"]
 
 INK, SOFT = "#1b1f24", "#57606a"
 
@@ -14,6 +14,9 @@ SERIES = ("#0072b2", "#d55e00", "#009e73", "#b0578d", "#e69f00", "#56b4e9")
 
 BAND = "#0072b22e"
 """A translucent band of +-3 sigma."""
+
+BAND_HONEST = "#e69f0030"
+"""The same of the honest sigma."""
 
 BAND_MOST, BAND_NEARLY_ALL = "#009e7333", "#b0578d2e"
 """Translucent bands of 95 % and of 99 %, in the colours of these bounds."""
@@ -41,6 +44,7 @@ DARK_TWIN = {
     "#e69f00": "#f2b635",
     "#56b4e9": "#9ad4f7",
     BAND: "#4db2ec38",
+    BAND_HONEST: "#f2b63538",
     BAND_MOST: "#35c99b3d",
     BAND_NEARLY_ALL: "#e795c438",
 }

@@ -22,13 +22,17 @@ SETTLED = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """One curve: ``time`` and ``values`` are (N,), NaN is a gap; ``colour`` is one of the palette's."""
+    """One curve: ``time`` and ``values`` are (N,), NaN is a gap; ``colour`` is one of the palette's.
+
+    ``listed`` False: the legend leaves it out.
+    """
 
     name: str
     time: FloatArray
     values: FloatArray
     colour: str
     style: Literal["line", "dashed", "dots", "crosses"] = "line"
+    listed: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -142,7 +142,7 @@ def _draw_curve(axes: Axes, curve: Curve) -> None:
         linestyle=DASHES[curve.style],
         marker="o" if alone else MARKS[curve.style],
         markersize=4.5 if alone or curve.style == "crosses" else 2.5,
-        label=_text(curve.name),
+        label=_text(curve.name) if curve.listed else "_",
     )
 
 
@@ -150,7 +150,7 @@ def _draw_legends(chart: Chart, all_axes: list[Axes]) -> None:
     """Beside the title of the first panel, and of each other one that shows other things."""
     shown: tuple[str, ...] = ()
     for axes, panel in zip(all_axes, chart.panels, strict=True):
-        names = (*(band.name for band in panel.bands), *(curve.name for curve in panel.curves))
+        names = (*(band.name for band in panel.bands), *(curve.name for curve in panel.curves if curve.listed))
         if names != shown and names != (panel.title,):
             legend = axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(names), borderaxespad=0)
             legend.set_in_layout(False)

@@ -19,9 +19,9 @@ __all__ = ["Axis", "Series", "grouped", "series_of"]
 
 Axis = Literal["output", "state"]
 
-VARIABLES: dict[Axis, tuple[str, str, str, str]] = {
-    "output": ("output_value", "output_sigma", "output_truth", "output_error"),
-    "state": ("estimate", "sigma", "truth", "error"),
+VARIABLES: dict[Axis, tuple[str, ...]] = {
+    "output": ("output_value", "output_sigma", "output_truth", "output_error", "output_honest_sigma"),
+    "state": ("estimate", "sigma", "truth", "error", "honest_sigma"),
 }
 
 
@@ -62,6 +62,11 @@ class Series:
     def sigma(self) -> FloatArray:
         """Standard deviations."""
         return self._raw(1) * self._scale
+
+    @property
+    def honest(self) -> FloatArray:
+        """Standard deviations on the truth model, of a reduced model."""
+        return self._raw(4) * self._scale
 
     @property
     def truth(self) -> FloatArray:

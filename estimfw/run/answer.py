@@ -25,7 +25,8 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``states`` maps a label to value, sigma and unit (SI), with truth and error where they are known. Each output is an
+        ``states`` maps a label to value, sigma and unit (SI), with the honest sigma of a reduced model, and with truth and
+        error where they are known. Each output is an
         entry of its own (``attitude`` -> ``yaw`` ...), in display units (deg). What is unknown is None.
     """
     row = int(dataset.sizes["time"]) - 1
@@ -49,6 +50,7 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
             {"time": e.time, "source": e.source, "kind": e.kind, "text": e.text, "count": e.count}
             for e in events_of(dataset)
         ],
+        "truth_model": json_attribute(dataset, "truth_model", None),
         "undetermined": json_attribute(dataset, "undetermined", []),
         "policies": json_attribute(dataset, "policies", []),
         "equivalence": json_attribute(dataset, "equivalence", []),
@@ -66,13 +68,17 @@ def values_csv(dataset: xr.Dataset) -> str:
     import pandas as pd
 
     columns = {"time [s]": dataset["time"].to_numpy()}
-    axis, value, sigma = (
-        ("output", "output_value", "output_sigma") if "output_value" in dataset else ("state", "estimate", "sigma")
+    axis, value, sigma, honest = (
+        ("output", "output_value", "output_sigma", "output_honest_sigma")
+        if "output_value" in dataset
+        else ("state", "estimate", "sigma", "honest_sigma")
     )
     for i, label in enumerate(dataset[axis].to_numpy()):
         unit, scale = str(dataset[f"{axis}_display_unit"].to_numpy()[i]), float(dataset[f"{axis}_display_scale"][i])
         columns[f"{label} [{unit}]"] = dataset[value].to_numpy()[:, i] * scale
         columns[f"{label} sigma [{unit}]"] = dataset[sigma].to_numpy()[:, i] * scale
+        if honest in dataset:
+            columns[f"{label} honest sigma [{unit}]"] = dataset[honest].to_numpy()[:, i] * scale
     return str(pd.DataFrame(columns).to_csv(index=False, float_format="%.12g"))
 
 
@@ -89,6 +95,8 @@ def _states(dataset: xr.Dataset, row: int) -> dict[str, Any]:
             "sigma": float(dataset["sigma"][row, i]),
             "unit": str(dataset["state_unit"].to_numpy()[i]),
         }
+        if "honest_sigma" in dataset:
+            found[str(label)]["honest_sigma"] = float(dataset["honest_sigma"][row, i])
         if known:
             found[str(label)] |= {"truth": float(dataset["truth"][row, i]), "error": float(dataset["error"][row, i])}
     return found
@@ -106,6 +114,8 @@ def _outputs(dataset: xr.Dataset, row: int) -> dict[str, Any]:
             "sigma": float(dataset["output_sigma"][row, i]) * scale,
             "unit": str(dataset["output_display_unit"].to_numpy()[i]),
         }
+        if "output_honest_sigma" in dataset:
+            entry["honest_sigma"] = float(dataset["output_honest_sigma"][row, i]) * scale
         if "output_truth" in dataset:
             entry["truth"] = float(dataset["output_truth"][row, i]) * scale
             entry["error"] = float(dataset["output_error"][row, i]) * scale

@@ -41,6 +41,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         **_truths(done),
         **_measurements(done),
         **_unmeasured(done),
+        **_honest(done),
     }
     coordinates: dict[str, Any] = {
         "time": ("time", time, {"units": "s", "long_name": "time, end of the step"}),
@@ -71,6 +72,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         "policies": json.dumps([c.as_json() for c in problem.changes]),
         "equivalence": json.dumps([c.as_json() for c in problem.checks]),
         "undetermined": json.dumps(problem.undetermined),
+        **({"truth_model": json.dumps(problem.truth.model.as_json())} if problem.truth is not None else {}),
     }
     made = xr.Dataset(variables, coordinates, attributes)
     return made.assign(event_columns((*done.events, *implausible_events(made))))
@@ -97,6 +99,18 @@ def _outputs(done: Collected) -> dict[str, Any]:
         "output_value": (("time", "output"), done.output),
         "output_sigma": (("time", "output"), done.output_sigma),
     }
+
+
+def _honest(done: Collected) -> dict[str, Any]:
+    if done.honest is None:
+        return {}
+    made: dict[str, Any] = {
+        "honest_sigma": (("time", "state"), done.honest.sigma),
+        "honest_covariance": (("covariance_time", "state", "state_column"), done.honest.covariance),
+    }
+    if done.output.shape[1]:
+        made["output_honest_sigma"] = (("time", "output"), done.honest.output_sigma)
+    return made
 
 
 def _truths(done: Collected) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from estimfw.errors import PluginError
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
 from estimfw.estimators.stretch import Stretch, Watcher
 from estimfw.run.flags import disposition_events
+from estimfw.run.honest import Honest, HonestSigma
 from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
@@ -61,6 +62,7 @@ class Collected:
     output_error: FloatArray | None
     events: tuple[Event, ...]
     timing: Timing
+    honest: Honest | None = None
 
 
 def run_problem(
@@ -92,9 +94,16 @@ def run_problem(
     prepared = prepare(problem, record)
     _refuse_too_long(prepared)
     ready = time.perf_counter()
-    pieces, filtering = _scan(prepared, progress, watch(prepared) if watch is not None else ())
+    wanted = covariance_steps(len(prepared.steps), problem.estimator.covariance_samples)
+    honest = HonestSigma(prepared, problem.truth, wanted) if problem.truth is not None else None
+    watchers: list[Watcher] = [
+        *(watch(prepared) if watch is not None else ()),
+        *([honest] if honest is not None else []),
+    ]
+    pieces, filtering = _scan(prepared, progress, wanted, watchers)
     timing = Timing(loaded - begin, ready - loaded, filtering)
-    return _collect(prepared, pieces, timing)
+    done = _collect(prepared, pieces, wanted, timing)
+    return replace(done, honest=honest.collected()) if honest is not None else done
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,9 +119,10 @@ class _Piece:
     covariance: FloatArray
 
 
-def _scan(prepared: Prepared, progress: Progress | None, watchers: Sequence[Watcher]) -> tuple[list[_Piece], float]:
+def _scan(
+    prepared: Prepared, progress: Progress | None, wanted: NDArray[np.int64], watchers: Sequence[Watcher]
+) -> tuple[list[_Piece], float]:
     steps, state, pieces, spent = prepared.steps, prepared.state, [], 0.0
-    wanted = covariance_steps(len(steps), prepared.problem.estimator.covariance_samples)
     length = chunk_length(len(prepared.plan.states))
     covariance = prepared.prior[1]
     for first in range(0, len(steps), length):
@@ -152,6 +162,7 @@ def _stretch(
         result=result,
         before=before,
         covariance_before=covariance,
+        prior_mean=prepared.prior[0],
         prior=prepared.prior[1],
         time=time,
         doublings=prepared.scan.doublings,
@@ -217,7 +228,7 @@ def _piece(prepared: Prepared, result: ChunkResult, first: int, last: int, wante
     )
 
 
-def _collect(prepared: Prepared, pieces: list[_Piece], timing: Timing) -> Collected:
+def _collect(prepared: Prepared, pieces: list[_Piece], wanted: NDArray[np.int64], timing: Timing) -> Collected:
     def joined(name: str) -> FloatArray:
         return np.concatenate([getattr(p.result, name) for p in pieces])
 
@@ -236,7 +247,7 @@ def _collect(prepared: Prepared, pieces: list[_Piece], timing: Timing) -> Collec
         prepared=prepared,
         estimate=joined("estimate"),
         sigma=kept("sigma"),
-        covariance_index=covariance_steps(len(prepared.steps), prepared.problem.estimator.covariance_samples),
+        covariance_index=wanted,
         covariance=kept("covariance"),
         innovation=joined("innovation"),
         innovation_sigma=joined("sigma"),

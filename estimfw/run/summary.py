@@ -35,18 +35,25 @@ __all__ = [
 class EndValue:
     """The last known value of a state or an output.
 
-    ``value``, ``sigma`` and ``error`` (value minus truth) are in the SI ``unit``, NaN where unknown; times
-    ``display_scale`` they are in ``display_unit``. ``time`` (s) is that of the last row with a value.
+    ``value``, ``sigma``, ``honest`` (the sigma on the truth model, of a reduced model only) and ``error`` (value minus truth) are
+    in the SI ``unit``, NaN where unknown; times ``display_scale`` they are in ``display_unit``. ``time`` (s) is that of the last
+    row with a value.
     """
 
     label: str
     value: float
     sigma: float
+    honest: float
     error: float
     time: float
     unit: str
     display_unit: str
     display_scale: float
+
+    @property
+    def trusted(self) -> float:
+        """The sigma to go by: the honest one where there is one."""
+        return self.honest if math.isfinite(self.honest) else self.sigma
 
     def display(self) -> tuple[float, float, float]:
         """Value, sigma and error in the display unit."""
@@ -77,12 +84,12 @@ class MeasurementSummary:
 
 def end_states(dataset: xr.Dataset) -> tuple[EndValue, ...]:
     """The states at the end, in the order of the model; none for an estimator without states."""
-    return tuple(_end_values(dataset, "state", "estimate", "sigma", "error"))
+    return tuple(_end_values(dataset, "state", "estimate", "sigma", "honest_sigma", "error"))
 
 
 def end_outputs(dataset: xr.Dataset) -> tuple[EndValue, ...]:
     """The physical outputs at the end."""
-    return tuple(_end_values(dataset, "output", "output_value", "output_sigma", "output_error"))
+    return tuple(_end_values(dataset, "output", "output_value", "output_sigma", "output_honest_sigma", "output_error"))
 
 
 def measurement_summaries(dataset: xr.Dataset) -> tuple[MeasurementSummary, ...]:
@@ -144,7 +151,7 @@ def summarise(dataset: xr.Dataset) -> dict[str, Any]:
     return cleaned
 
 
-def _end_values(dataset: xr.Dataset, axis: str, value: str, sigma: str, error: str) -> Iterator[EndValue]:
+def _end_values(dataset: xr.Dataset, axis: str, value: str, sigma: str, honest: str, error: str) -> Iterator[EndValue]:
     if value not in dataset:
         return
     values = dataset[value].to_numpy()
@@ -156,6 +163,7 @@ def _end_values(dataset: xr.Dataset, axis: str, value: str, sigma: str, error: s
             label=str(label),
             value=_at(values, row, column),
             sigma=_at(dataset[sigma].to_numpy(), row, column) if sigma in dataset else math.nan,
+            honest=_at(dataset[honest].to_numpy(), row, column) if honest in dataset else math.nan,
             error=_at(dataset[error].to_numpy(), row, column) if error in dataset else math.nan,
             time=float(time[row]) if time.size else math.nan,
             unit=str(dataset[f"{axis}_unit"].to_numpy()[column]),
@@ -199,6 +207,7 @@ def _as_json(end: EndValue) -> dict[str, Any]:
         "time": end.time,
         "value": end.value,
         "sigma": end.sigma,
+        "honest_sigma": end.honest,
         "error": end.error,
         "unit": end.unit,
         "display": {"value": value, "sigma": sigma, "error": error, "unit": end.display_unit},

@@ -33,7 +33,7 @@ def test_a_run_writes_result_summary_page_and_pictures_and_says_where(estimfw: R
 
 def test_the_reduced_model_is_told_at_the_terminal_and_on_the_page(estimfw: Run) -> None:
     told = estimfw(*STATIC)
-    line = "The sigmas are the reduced filter's own"
+    line = "The honest sigmas are those of the errors on the unreduced model"
     assert line in told.out
     assert line in Path("results/static_7/report.html").read_text().replace("&#x27;", "'")
 

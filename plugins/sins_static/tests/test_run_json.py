@@ -19,6 +19,7 @@ from estimfw.run.until import until
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SHORT = "source.duration=60 s"
+SHOWN = ("", " sigma", " honest sigma")
 
 
 @pytest.fixture
@@ -51,13 +52,13 @@ def test_answer_has_time_states_attitude_dispositions_and_nis(run_json: Callable
     axes = {"velocity_error": "ENU", "attitude_error": "ENU", "accel_bias": "RFU", "gyro_bias": "RFU"}
     assert list(found["states"]) == [f"{block}[{a}]" for block in units for a in axes[block]]
     for label, state in found["states"].items():
-        assert set(state) == {"value", "sigma", "unit", "truth", "error"}
+        assert set(state) == {"value", "sigma", "honest_sigma", "unit", "truth", "error"}
         assert state["unit"] == units[label.partition("[")[0]]
         assert state["sigma"] > 0.0
         assert state["error"] == pytest.approx(state["value"] - state["truth"], abs=1e-12)
     assert list(found["attitude"]) == ["yaw", "pitch", "roll", "heading"]
     for angle in found["attitude"].values():
-        assert set(angle) == {"value", "sigma", "unit", "truth", "error"}
+        assert set(angle) == {"value", "sigma", "honest_sigma", "unit", "truth", "error"}
         assert angle["unit"] == "deg"
     assert found["dispositions"] == {"fused": 60, "gated": 0, "late": 0, "missing": 0, "invalid": 0}
     assert 0.0 < found["mean_nis"] < 0.1
@@ -143,7 +144,7 @@ def test_attitude_over_time_as_csv(tmp_path: Path, run_json: Callable[..., dict[
         rows = list(csv.DictReader(file))
     assert len(rows) == 60
     names = ["yaw", "pitch", "roll", "heading"]
-    assert list(rows[0]) == ["time [s]", *(f"attitude.{n}{what} [deg]" for n in names for what in ("", " sigma"))]
+    assert list(rows[0]) == ["time [s]", *(f"attitude.{n}{what} [deg]" for n in names for what in SHOWN)]
     assert [float(r["time [s]"]) for r in rows] == list(range(1, 61))
     for name in names:
         assert float(rows[-1][f"attitude.{name} [deg]"]) == pytest.approx(last["attitude"][name]["value"])

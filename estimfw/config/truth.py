@@ -1,0 +1,68 @@
+"""The truth model of a composed problem: what its errors are measured with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.errors import ConfigError
+from estimfw.model.model import Model
+from estimfw.plan.plan import Plan
+from estimfw.plan.truth_plan import TruthPlan, make_truth_plan
+from estimfw.policies.change import Change
+from estimfw.policies.truth import TruthModel, truth_model
+
+__all__ = ["Truth", "own_truth", "truth_of"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """A truth model, and its plan beside that of the filter."""
+
+    model: TruthModel
+    plan: TruthPlan
+
+
+def truth_of(
+    full: Model,
+    changes: Sequence[Change],
+    provider: Any,
+    computed: frozenset[str],
+    reference: Mapping[str, FloatArray],
+    plan: Plan,
+    real: Model | None = None,
+) -> Truth:
+    """The truth of a filter; see `estimfw.policies.truth.truth_model` for the parameters.
+
+    Raises
+    ------
+    ConfigError
+        The truth model cannot be evaluated with this provider.
+    """
+    made = truth_model(full, changes, provider.operations, computed, reference, real)
+    return Truth(made, make_truth_plan(made.model, made.map, plan, provider.slots))
+
+
+def own_truth(
+    full: Model,
+    model: Model,
+    changes: Sequence[Change],
+    provider: Any,
+    computed: frozenset[str],
+    reference: Mapping[str, FloatArray],
+    plan: Plan,
+) -> tuple[Truth | None, tuple[str, ...]]:
+    """The truth by the filter's own unreduced model, None where nothing was reduced; and a warning where it cannot be had."""
+    if full == model and all(o.name in computed for o in provider.operations):
+        return None, ()
+    try:
+        truth = truth_of(full, changes, provider, computed, reference, plan)
+    except ConfigError as error:
+        return None, (f"there is no honest sigma: {error.message}",)
+    return (truth if truth.model.model != model else None), ()

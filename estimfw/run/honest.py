@@ -1,0 +1,109 @@
+"""Honest sigmas along a run of a reduced filter: those of its errors on the truth model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimfw.analysis.dual_covariance import DualCovariance, JointMoments
+from estimfw.analysis.error_sources import Source, all_sources
+from estimfw.config.truth import Truth
+from estimfw.estimators.stretch import Stretch
+from estimfw.run.found_start import with_found_covariance
+from estimfw.run.prepare import Prepared
+
+__all__ = ["Honest", "HonestSigma", "TruthStart", "output_moments", "truth_start"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TruthStart:
+    """The truth model at the start of a run.
+
+    ``mean`` (a,) and ``covariance`` (a, a) of its states, ``map`` (n, a) to those of the filter.
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    map: FloatArray
+
+
+def truth_start(prepared: Prepared, truth: Truth) -> TruthStart:
+    """Prior of the truth model, with the covariance of a start that was found."""
+    layout = truth.plan.plan.layout
+    row = layout.complete(prepared.state.row)
+    nominal = layout.unpack(row)
+    mean, covariance = truth.plan.plan.prior.evaluate(nominal)
+    found = with_found_covariance(truth.model.model, covariance, prepared.start, nominal)
+    return TruthStart(mean, found, truth.plan.map.evaluate(row))
+
+
+def output_moments(truth: Truth, stretch: Stretch, joint: JointMoments) -> FloatArray:
+    """Mean squares (K, S, all components) of the errors of the filter's outputs."""
+    plan, layout = stretch.plan, truth.plan.plan.layout
+    ran, rows = stretch.rows[1][joint.steps], stretch.best_rows[1][joint.steps]
+    own_rows, true_rows = plan.layout.complete(rows), layout.complete(rows)
+    parts = []
+    for (_, own), true in zip(plan.outputs, truth.plan.jacobians, strict=True):
+        J = own.evaluate(own_rows)
+        J_t = true.evaluate(true_rows) if true is not None else np.zeros((*J.shape[:-1], joint.map.shape[-1]))
+        parts.append(joint.outputs(own.evaluate(ran), J, J_t))
+    return np.concatenate(parts, axis=2) if parts else np.zeros((len(rows), joint.moments.shape[1], 0))
+
+
+@dataclass(frozen=True)
+class Honest:
+    """``sigma`` (K, n) of the states, ``output_sigma`` (K, components), ``covariance`` (samples, n, n)."""
+
+    sigma: FloatArray
+    output_sigma: FloatArray
+    covariance: FloatArray
+
+
+class HonestSigma:
+    """Watches a run.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    truth : Truth
+    wanted : (samples,) array of int
+        Steps of which the whole covariance is kept.
+    """
+
+    def __init__(self, prepared: Prepared, truth: Truth, wanted: NDArray[np.int64]) -> None:
+        start = truth_start(prepared, truth)
+        sources: tuple[Source, ...] = all_sources(start.mean, start.covariance, start.map, prepared.prior[0])
+        self._truth, self._wanted, self._at = truth, wanted, 0
+        self._dual = DualCovariance(truth.plan, sources, prepared.state.row)
+        self._parts: list[Honest] = []
+
+    def __call__(self, stretch: Stretch) -> None:
+        for joint in self._dual.advance(stretch):
+            covariance = joint.states()[:, 0]
+            first, last = self._at + joint.steps.start, self._at + joint.steps.stop
+            inside = self._wanted[(self._wanted >= first) & (self._wanted < last)] - first
+            self._parts.append(
+                Honest(
+                    _root(np.einsum("kii->ki", covariance)),
+                    _root(output_moments(self._truth, stretch, joint)[:, 0]),
+                    covariance[inside],
+                )
+            )
+        self._at += len(stretch)
+
+    def collected(self) -> Honest:
+        """All of it so far."""
+        return Honest(
+            *(
+                np.concatenate([getattr(p, name) for p in self._parts])
+                for name in ("sigma", "output_sigma", "covariance")
+            )
+        )
+
+
+def _root(square: FloatArray) -> FloatArray:
+    return np.sqrt(np.maximum(square, 0.0))
