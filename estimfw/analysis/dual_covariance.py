@@ -8,13 +8,13 @@ carries means and known inputs. In these coordinates nothing is lost to the size
     update    e <- (I - K H_f) e - K (H_t - H_f M) x - K v
     correct   x <- x - U C_f x_hat,          e <- M x - Z x_hat,     x_hat = M x - e
 
-with C_f what the provider is corrected by, U = C_t^T what that takes off the truth, Z zero for the corrected states.
+with C_f what the provider is corrected by (in closed loop, and at restarts), U = C_t^T what that takes off the truth, Z zero for
+the corrected states.
 
-The correction is made at each step whether the filter runs in closed loop or not, and what the models differ by (all that
-multiplies x) is evaluated at the nominal so corrected: to first order the loops are the same, and x is then as small as it is
-believed to be. What multiplies e is evaluated where the filter ran: where the models do not differ, the moments of e are the
-filter's own covariance. So the error of an open loop's own linearisation (of second order in its misalignment) is not in it:
-it is no property of a reduction.
+What the models differ by (all that multiplies x) is evaluated at the nominal corrected by the estimate, also in open loop: a
+variable that a policy holds at its true value costs nothing, however far off the filter began. What multiplies e is evaluated
+where the filter ran: where the models do not differ, the moments of e are the filter's own covariance. So the error of an open
+loop's own linearisation, of second order in its misalignment, is not in it: it is no property of a reduction.
 
 Sources: Maybeck, Stochastic Models, Estimation and Control, vol. 1, section 6.8; Brown and Hwang on suboptimal filters.
 """
@@ -195,6 +195,7 @@ class DualCovariance:
         correct[:, a:-1, :a], correct[:, a:-1, a:-1] = M - taken @ M, taken
         restart[:, a:-1, :a], restart[:, a:-1, a:-1] = M - M @ off @ M, M @ off
         restart[:, a:-1, -1] = -stretch.prior_mean
+        correct[~stretch.corrected[own]] = np.eye(a + n + 1)
         return correct, restart
 
 

@@ -63,6 +63,15 @@ def test_the_textbook_filter_agrees_to_a_second_of_arc_in_level_and_a_fifth_of_a
     assert apart[1:].max() < 1.0 * ARCSEC
 
 
+def test_the_honest_sigmas_of_seven_states_are_those_of_twelve(run: Run) -> None:
+    """Two filters of one record: what the small one leaves out of its own sigma is what the large one has in it."""
+    seven, twelve = run(7), run(12)
+    assert seven.honest is not None
+    honest = seven.honest.output_sigma[at(60.0) :, :3]
+    np.testing.assert_allclose(honest, twelve.output_sigma[at(60.0) :, :3], rtol=0.02)
+    assert np.all(seven.output_sigma[-1, 1:3] < 0.3 * honest[-1, 1:])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("first", [98, 100])
 def test_a_window_that_is_off_by_one_sample_is_inside_the_agreement_too(
