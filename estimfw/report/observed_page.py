@@ -9,8 +9,9 @@ from estimfw.report.degree_map import NOTE
 from estimfw.report.heat_map import HeatMap
 from estimfw.report.markup import note, table
 from estimfw.report.observed_tables import (
+    DIRECTIONS_SHOWN,
     chosen_text,
-    direction_table,
+    direction_note,
     headline,
     record_table,
     record_texts,
@@ -38,7 +39,7 @@ def observed_page(found: Observed) -> str:
     rank = "".join(f"<li><code>{escape(line)}</code></li>\n" for line in spectrum_texts(found.frozen))
     drawn = "".join(chart_block(heat, "") for heat in maps)
     sections = [
-        Section("directions", "Not observable", table(direction_table(found)) if short else note("Nothing.")),
+        Section("directions", "Not observable", _directions(found) if short else note("Nothing.")),
         Section("states", "States", table(state_table(found))),
         Section(
             "degrees",
@@ -53,6 +54,13 @@ def observed_page(found: Observed) -> str:
         sections.append(Section("record", "Along the record", told + table(record_table(found))))
     header = f"<header>\n<h1>Observability: {escape(found.name)}</h1>\n<p>{escape(headline(found))}</p>\n</header>\n"
     return document(f"Observability: {found.name}", header, sections, maps, __version__)
+
+
+def _directions(found: Observed) -> str:
+    shown = found.directions[:DIRECTIONS_SHOWN]
+    lines = "".join(f"<li><strong>{escape(d.text)}</strong>{note(f'such as {d.example}')}</li>\n" for d in shown)
+    told = direction_note(found)
+    return f"<ul>\n{lines}</ul>\n{note(told) if told else ''}"
 
 
 def _sets(found: Observed) -> str:

@@ -9,7 +9,7 @@ from estimfw.run.observe import Observed
 from estimfw.units.unit_text import parse_unit
 
 __all__ = [
-    "DIRECTIONS_SHOWN", "chosen_text", "direction_table", "headline", "record_table", "record_texts", "removable_table",
+    "DIRECTIONS_SHOWN", "chosen_text", "direction_note", "headline", "record_table", "record_texts", "removable_table",
     "spectrum_texts", "state_table",
 ]  # fmt: skip
 
@@ -43,17 +43,17 @@ def spectrum_texts(found: Observability) -> list[str]:
     return [*lines, f"{edge}: {verdict}"]
 
 
-def direction_table(found: Observed) -> Table:
-    """A combination a row, with a change of one prior sigma along it."""
-    rows = tuple((Cell(f"{d.text}\nsuch as {d.example}"),) for d in found.directions[:DIRECTIONS_SHOWN])
+def direction_note(found: Observed) -> str:
+    """What is not shown of the directions, and how they evolve."""
     growing = [r for r in found.rates if r > 1e-9]
     fading = [r for r in found.rates if r < -1e-12]
-    told = [f"{len(found.directions) - len(rows)} more: see --json"] if len(rows) < len(found.directions) else []
+    more = len(found.directions) - DIRECTIONS_SHOWN
+    told = [f"{more} more: see --json"] if more > 0 else []
     if fading:
         told.append(f"{len(fading)} of them {'decays by itself' if len(fading) == 1 else 'decay by themselves'}")
     if growing:
         told.append(f"{len(growing)} of them {'grows' if len(growing) == 1 else 'grow'}: no measurement stops that")
-    return Table(("combination",), rows, note="; ".join(told))
+    return "; ".join(told)
 
 
 def state_table(found: Observed) -> Table:
@@ -151,6 +151,10 @@ def record_texts(found: Observed) -> list[str]:
     assert found.record is not None
     last = found.record.segments[-1].gramian
     lines = [f"singular values of the Gramian at the end  {_listed([f'{s:.2g}' for s in last.singular])}"]
+    if found.record.stripped:
+        lines.append(
+            "what a segment does not see stays as it is: the stripped matrix, without transitions, has the same null space"
+        )
     if last.rank > found.frozen.rank:
         lines.append(
             f"along the record {last.rank} combinations move the measurements, more than the {found.frozen.rank} of the frozen "

@@ -8,7 +8,7 @@ from rich.text import Text
 from estimfw.report.observed_tables import (
     DIRECTIONS_SHOWN,
     chosen_text,
-    direction_table,
+    direction_note,
     headline,
     record_table,
     record_texts,
@@ -48,6 +48,6 @@ def _print_directions(found: Observed, console: Console) -> None:
     for one in found.directions[:DIRECTIONS_SHOWN]:
         console.print(Text(f"  {one.text}"))
         console.print(Text(f"      such as {one.example}", style="dim"))
-    told = direction_table(found).note
+    told = direction_note(found)
     if told:
         console.print(Text(told, style="dim"))

@@ -131,3 +131,31 @@ def test_biases_of_the_body_have_sets_of_their_own(composed: Composed, seed: int
     }
     assert sets(found) == wanted
     assert len(wanted) > 3 and not any("[E]" in state for s in wanted for state in s)
+
+
+def test_degrees_after_ten_minutes_are_those_of_the_spec(composed: Composed) -> None:
+    found = observe(composed("static_12"))
+    assert found.record is not None and not found.time_invariant
+    end = dict(zip(found.names.states, found.record.degrees.posterior[-1], strict=True))
+    wanted = {
+        "gyro_bias[U]": 1.0,
+        "gyro_bias[R]": 1.0,
+        "accel_bias[R]": 1.0,
+        "accel_bias[F]": 1.0,
+        "gyro_bias[F]": 0.58,
+    }
+    assert all(end[state] == pytest.approx(degree, abs=0.005) for state, degree in wanted.items())
+    assert end["accel_bias[U]"] == pytest.approx(0.03, abs=0.005)
+
+
+def test_along_a_still_record_the_gramian_has_the_frozen_rank(composed: Composed) -> None:
+    """Known but for the unobservable: the level tilts to a tenth of what their biases leave of them."""
+    found = observe(composed("static_12", f"policies=[{CORIOLIS}, {', '.join(NAVIGATION)}]"), segments=4)
+    assert found.record is not None and found.time_invariant and found.record.stripped
+    assert [s.gramian.rank for s in found.record.segments] == [s.rank for s in found.record.segments] == [9] * 4
+    assert found.record.segments[-1].gramian.informed == 8
+    degrees = found.record.degrees
+    for state in ("attitude_error[E]", "attitude_error[N]"):
+        i = found.names.states.index(state)
+        assert degrees.posterior[-1, i] == pytest.approx(found.frozen.degree[i], rel=0.05)
+        assert degrees.observable_part[-1, i] < 0.2 * degrees.posterior[-1, i]
