@@ -28,6 +28,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("estimfw.cli.run", "Run a config; write the result and a report."),
     "check": ("estimfw.cli.check", "Check a config without running it."),
     "explain": ("estimfw.cli.explain", "Show model, policies, equivalence and plan of a config."),
+    "compare": ("estimfw.cli.compare", "Price list of filters: cost, time, errors and sigmas on one record."),
     "montecarlo": ("estimfw.cli.montecarlo", "Run a config many times; judge its errors and innovations."),
     "observe": ("estimfw.cli.observe", "Tell what the measurements of a config can determine."),
     "simulate": ("estimfw.cli.simulate", "Write the record that a config's source simulates."),

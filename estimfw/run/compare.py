@@ -1,0 +1,124 @@
+"""A price list of filters: what each costs and what it gives, all of them on one record with one noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from estimfw.analysis.cost import StepCost, step_cost
+from estimfw.config.compose import Problem
+from estimfw.registry.registry import Registry
+from estimfw.run.contenders import Contender, Point, refuse_other_records
+from estimfw.run.dataset import result_dataset
+from estimfw.run.load import load_record
+from estimfw.run.run import Collected, run_problem
+from estimfw.run.step_time import StepTime, step_times
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Comparison", "Priced", "compare"]
+
+
+@dataclass(frozen=True, slots=True)
+class Priced:
+    """What a filter costs.
+
+    ``reason`` says why it is (not) time-invariant; ``policies`` are (name, kind) of what made it.
+    """
+
+    name: str
+    title: str
+    cost: StepCost
+    time: StepTime
+    time_invariant: bool
+    reason: str
+    policies: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Filters, the points of the grid, and the result of each filter at each point.
+
+    Attributes
+    ----------
+    title : str
+        Of the first config.
+    filters : tuple of Priced
+        Costs are those at the first point.
+    points : tuple of Point
+    results : tuple of tuple of xarray.Dataset
+        By point, then by filter.
+    repeats : int
+        Of the measured times.
+    """
+
+    title: str
+    filters: tuple[Priced, ...]
+    points: tuple[Point, ...]
+    results: tuple[tuple[xr.Dataset, ...], ...]
+    repeats: int
+
+
+def compare(
+    contenders: Sequence[Contender],
+    points: Sequence[Point],
+    registry: Registry,
+    repeats: int = 5,
+    progress: Callable[[int, int], None] | None = None,
+) -> Comparison:
+    """Run every filter at every point, and time them by turns at the first.
+
+    Parameters
+    ----------
+    contenders : sequence of Contender
+        The first one's source makes the record, at each point anew.
+    points : sequence of Point
+    registry : Registry
+    repeats : int
+        Of the timing.
+    progress : callable, optional
+        Called with runs done and runs in all.
+
+    Raises
+    ------
+    EstimfwError
+        A config is refused, or brings a record of its own.
+    """
+    composed = [[one.compose(registry, point.overrides) for one in contenders] for point in points]
+    for problems in composed:
+        refuse_other_records(contenders, problems)
+    priced: tuple[Priced, ...] = ()
+    results: list[tuple[xr.Dataset, ...]] = []
+    for problems in composed:
+        record, runs = load_record(problems[0]), []
+        for problem in problems:
+            runs.append(run_problem(problem, record=record))
+            if progress is not None:
+                progress(len(results) * len(contenders) + len(runs), len(points) * len(contenders))
+        priced = priced or _priced(contenders, runs, repeats)
+        results.append(tuple(result_dataset(done) for done in runs))
+    return Comparison(composed[0][0].config.name or contenders[0].name, priced, tuple(points), tuple(results), repeats)
+
+
+def _priced(contenders: Sequence[Contender], runs: Sequence[Collected], repeats: int) -> tuple[Priced, ...]:
+    times = step_times([done.prepared for done in runs], repeats)
+    problems: list[Problem] = [done.prepared.problem for done in runs]
+    return tuple(
+        Priced(
+            name=one.name,
+            title=problem.config.name or one.name,
+            cost=_cost(problem),
+            time=time,
+            time_invariant=problem.plan.time_invariant,
+            reason=problem.plan.reason,
+            policies=tuple((c.policy, c.kind) for c in problem.changes),
+        )
+        for one, problem, time in zip(contenders, problems, times, strict=True)
+    )
+
+
+def _cost(problem: Problem) -> StepCost:
+    layout = problem.plan.layout
+    return step_cost(problem.plan, problem.estimator.covariance, layout.complete(layout.pack(problem.reference)))
