@@ -38,7 +38,7 @@ PICTURE_POINTS = 4000
     "--published", type=click.Path(path_type=Path), metavar="CSV",
     help="Figures to stand beside ours: columns filter,value,output,published,unit.",
 )  # fmt: skip
-@click.option("--repeats", type=click.IntRange(1, 1000), default=5, show_default=True, help="Of the timing.")
+@click.option("--repeats", type=click.IntRange(1, 1000), default=15, show_default=True, help="Of the timing.")
 @click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON on standard output.")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="PAGE.html", help="Write a page, and pictures beside it."

@@ -65,7 +65,7 @@ def compare(
     contenders: Sequence[Contender],
     points: Sequence[Point],
     registry: Registry,
-    repeats: int = 5,
+    repeats: int = 15,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
     """Run every filter at every point, and time them by turns at the first.

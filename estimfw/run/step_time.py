@@ -14,7 +14,7 @@ from estimfw.run.prepare import Prepared, make_chunk
 __all__ = ["StepTime", "step_times"]
 
 #: Steps that are timed at most, and what one measurement lasts at least (s): the same steps are run again until then.
-MOST_STEPS = 2_000
+MOST_STEPS = 200
 SHORTEST = 0.02
 
 
