@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from estimfw.analysis.degree import Degrees, observable_part, posterior_over_prior
 from estimfw.analysis.gramian import Gramian, GramianValues
+from estimfw.analysis.mean_stretch import MeanStretch
 from estimfw.analysis.observability import LinearStretch, Observability, piecewise_observability
 from estimfw.analysis.whitening import whitening
 from estimfw.estimators.stretch import Stretch
 
-__all__ = ["AlongRecord", "Segment", "Watch"]
+__all__ = ["AlongRecord", "Segment", "Watch", "may_be_stripped"]
 
 FloatArray = NDArray[np.float64]
 
@@ -103,7 +104,7 @@ class Watch:
         self._edges = sorted(cuts)
         self._instants = instants
         self._first, self._parts = 0, list[_Part]()
-        self._sums = _Sums()
+        self._sums = MeanStretch()
         self._covariances: list[FloatArray] = []
 
     def __call__(self, stretch: Stretch) -> None:
@@ -139,7 +140,7 @@ class Watch:
             duration = float(self._dt[begin:b].sum())
             part.frozen.append((begin, self._sums.mean(duration)))
             part.values.append(part.gramian.values())
-            self._sums = _Sums()
+            self._sums = MeanStretch()
 
     def tell(self, *, kernel: FloatArray | None) -> AlongRecord:
         """The findings, after the last stretch.
@@ -183,34 +184,6 @@ class Watch:
         conditioned = [observable_part(P, N, self._root) for P, N in zip(self._covariances, parts, strict=True)]
         posterior = [posterior_over_prior(P, self._prior) for P in self._covariances]
         return Degrees(self._time[self._instants], np.array(posterior), np.array(conditioned))
-
-
-class _Sums:
-    """Means of F, and of those rows of H that are fused."""
-
-    def __init__(self) -> None:
-        self._F: FloatArray | None = None
-        self._first: FloatArray | None = None
-        self._same = True
-        self._steps = 0
-        self._rows: FloatArray | None = None
-        self._used: FloatArray | None = None
-
-    def add(self, F: FloatArray, H: FloatArray, usable: NDArray[np.bool_]) -> None:
-        if self._first is None or self._F is None or self._rows is None or self._used is None:
-            self._first, self._F, self._rows = F[0], np.zeros_like(F[0]), np.zeros_like(H[0])
-            self._used = np.zeros(H.shape[1])
-        self._same = self._same and bool(np.all(self._first == F))
-        self._F = self._F + F.sum(axis=0)
-        self._rows = self._rows + np.einsum("km,kmn->mn", usable.astype(float), H)
-        self._used = self._used + usable.sum(axis=0)
-        self._steps += len(F)
-
-    def mean(self, duration: float) -> LinearStretch:
-        assert self._F is not None and self._rows is not None and self._used is not None and self._first is not None
-        F = self._first if self._same else self._F / self._steps
-        used = self._used > 0.0
-        return LinearStretch(F, self._rows[used] / self._used[used, None], duration)
 
 
 def may_be_stripped(stretches: Sequence[LinearStretch], covariance: FloatArray) -> bool:

@@ -58,23 +58,32 @@ def direction_note(found: Observed) -> str:
 
 def state_table(found: Observed) -> Table:
     """Prior sigma and degrees of each state."""
-    record = found.record
-    head = ["state", "prior sigma", "floor"]
-    head += ["sigma / prior sigma", "of its observable part", "with time"] if record is not None else []
+    record, partly = found.record, found.frozen.rank < len(found.names.states)
+    split = partly or not found.time_invariant
+    head = ["state", "prior sigma", *(["floor"] if partly else [])]
+    if record is not None:
+        head += ["sigma / prior sigma", *(["of its observable part"] if split else []), "with time"]
     rows = []
     for i, state in enumerate(found.names.states):
-        cells = [Cell(state), Cell(_sigma(found, i)), _degree(float(found.frozen.degree[i]))]
+        cells = [Cell(state), Cell(_sigma(found, i)), *([_degree(float(found.frozen.degree[i]))] if partly else [])]
         if record is not None:
             posterior, part = record.degrees.posterior[:, i], record.degrees.observable_part[:, i]
-            cells += [_degree(float(posterior[-1])), _degree(float(part[-1])), Cell(_sparkline(posterior.tolist()))]
+            cells += [_degree(float(posterior[-1])), *([_degree(float(part[-1]))] if split else [])]
+            cells.append(Cell(_sparkline(posterior.tolist())))
         rows.append(tuple(cells))
-    note = "floor: what of the prior sigma even perfect knowledge of the observable part leaves"
-    if record is not None:
-        note += "; the others at the end of the record. Small for the observable part, and large for the whole: known but for "
-        note += "a direction that is not observable"
-        note += "" if found.time_invariant else ", or that the record hardly shows"
-    numeric = frozenset({1, 2, 3, 4}) if record is not None else frozenset({1, 2})
-    return Table(tuple(head), tuple(rows), numeric, note)
+    numeric = frozenset(range(1, len(head) - (record is not None)))
+    return Table(tuple(head), tuple(rows), numeric, _state_note(found, partly=partly, split=split))
+
+
+def _state_note(found: Observed, *, partly: bool, split: bool) -> str:
+    told = ["floor: what of the prior sigma even perfect knowledge of the observable part leaves"] if partly else []
+    if found.record is not None and split:
+        unseen = "" if found.time_invariant else ", or that the record hardly shows"
+        told.append(
+            "the others at the end of the record. Small for the observable part, and large for the whole: known but for a "
+            f"direction that is not observable{unseen}"
+        )
+    return "; ".join(told)
 
 
 def removable_table(found: Observed) -> Table:
@@ -151,7 +160,7 @@ def record_texts(found: Observed) -> list[str]:
     assert found.record is not None
     last = found.record.segments[-1].gramian
     lines = [f"singular values of the Gramian at the end  {_listed([f'{s:.2g}' for s in last.singular])}"]
-    if found.record.stripped:
+    if found.record.stripped and found.frozen.rank < len(found.names.states):
         lines.append(
             "what a segment does not see stays as it is: the stripped matrix, without transitions, has the same null space"
         )
