@@ -12,8 +12,9 @@ from estimfw.run.compare import Comparison
 
 __all__ = ["price_charts"]
 
-#: Panels of one chart.
+#: Panels of one chart, and characters of its legend; longer names are told below the title, by number.
 MOST = 6
+LEGEND = 80
 NOTE = "Vertical axes leave out how the run starts where that would hide its end."
 
 
@@ -29,7 +30,14 @@ def price_charts(comparison: Comparison, limit: int) -> tuple[Chart, ...]:
     if not varied:
         panels = [_panel(comparison, 0, label, label, scale, limit) for label in labels]
         return tuple(
-            Chart(f"errors{_number(i)}", "errors", f"{_what(comparison)} over time", scale.unit, tuple(cut), _note(cut))
+            Chart(
+                f"errors{_number(i)}",
+                "errors",
+                f"{_what(comparison)} over time",
+                scale.unit,
+                tuple(cut),
+                _note(comparison, cut),
+            )
             for i, cut in enumerate(_cuts([p for p in panels if not p.is_blank()]))
         )
     charts = []
@@ -38,7 +46,9 @@ def price_charts(comparison: Comparison, limit: int) -> tuple[Chart, ...]:
         panels = [_panel(comparison, i, label, comparison.points[i].label, scale, limit) for i in points]
         for i, cut in enumerate(_cuts([p for p in panels if not p.is_blank()])):
             title = f"{_what(comparison)} of {label} over time"
-            charts.append(Chart(f"{slug(label)}{_number(i)}", "errors", title, scale.unit, tuple(cut), _note(cut)))
+            charts.append(
+                Chart(f"{slug(label)}{_number(i)}", "errors", title, scale.unit, tuple(cut), _note(comparison, cut))
+            )
     return tuple(charts)
 
 
@@ -56,15 +66,15 @@ def _known(comparison: Comparison) -> bool:
 
 
 def _panel(comparison: Comparison, point: int, label: str, title: str, scale: TimeScale, limit: int) -> Panel:
-    known, curves, unit = _known(comparison), [], ""
-    for i, one in enumerate(comparison.filters):
+    known, names, curves, unit = _known(comparison), _names(comparison), [], ""
+    for i in range(len(comparison.filters)):
         for series in _series(comparison, point, i):
             if series.label != label:
                 continue
             time = scale.of_seconds(series.dataset["time"].to_numpy())
             time, (values,) = thinned(time, (series.error if known else series.value,), limit)
             # Filters that agree lie on each other: a dashed curve leaves the one below it to be seen.
-            curves.append(Curve(one.name, time, values, SERIES[i % len(SERIES)], "dashed" if i else "line"))
+            curves.append(Curve(names[i], time, values, SERIES[i % len(SERIES)], "dashed" if i else "line"))
             unit = series.unit
     return Panel(title, unit, tuple(curves), view=focused(*((c.time, c.values) for c in curves)))
 
@@ -77,5 +87,17 @@ def _number(i: int) -> str:
     return f"_{i + 1}" if i else ""
 
 
-def _note(panels: list[Panel]) -> str:
-    return NOTE if any(p.view for p in panels) else ""
+def _names(comparison: Comparison) -> list[str]:
+    names = [one.name for one in comparison.filters]
+    if sum(map(len, names)) <= LEGEND:
+        return names
+    return [f"{i}" for i in range(len(names))]
+
+
+def _note(comparison: Comparison, panels: list[Panel]) -> str:
+    told = [NOTE] if any(p.view for p in panels) else []
+    short, names = _names(comparison), [one.name for one in comparison.filters]
+    if short != names:
+        pairs = (n if n.startswith(f"{s} ") else f"{s}: {n}" for s, n in zip(short, names, strict=True))
+        told.append(f"Curves: {', '.join(pairs)}.")
+    return " ".join(told)

@@ -89,6 +89,17 @@ def test_page_and_pictures_are_written_and_not_overwritten(estimfw: Run) -> None
     assert estimfw(*words, "--force").code == 0
 
 
+def test_long_names_are_numbers_in_the_legend_and_told_below_the_title() -> None:
+    from estimfw.report.price_charts import price_charts
+    from estimfw.run.compare import compare
+
+    words = ["source.duration=10 s"]
+    registry = load_plugins(core_components())
+    (chart,) = price_charts(compare(one_by_one(ROOT / STATIC[2], words), grid(()), registry, repeats=1), 100)
+    assert [c.name for c in chart.panels[0].curves] == ["0", "1", "2", "3", "4", "5"]
+    assert "3 + bias_in_navigation_frame" in chart.note
+
+
 def test_published_figures_stand_beside_ours(estimfw: Run) -> None:
     Path("table.csv").write_text(
         "# from somewhere\nfilter,value,output,published,unit\nstatic_7,,attitude.yaw,6.0,arcmin\nstatic_7,,no.such,1,deg\n"
