@@ -53,6 +53,11 @@ def test_simulated_run_is_consistent(folder: Path) -> None:
     assert np.all(np.abs(result["error"]) < 4.0 * result["sigma"])
 
 
+def test_many_runs_are_consistent(folder: Path) -> None:
+    assert main(["montecarlo", "tanks.yaml", "--runs", "100", "--workers", "1", "--check", "--no-report"]) == 0
+    assert (folder / "results/tanks/montecarlo.nc").is_file()
+
+
 def test_own_log_with_another_clock_and_unit_gives_what_the_simulation_did(folder: Path) -> None:
     write_logs(folder, "clock,second", 1000.0, 100.0)
     logged = blocks("yaml")[1]
