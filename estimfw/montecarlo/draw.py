@@ -26,6 +26,7 @@ from estimfw.errors import ConfigError, PluginError
 from estimfw.kernels import ud
 from estimfw.model.frame import rotation
 from estimfw.registry.contract import broken, plugin_code
+from estimfw.run.load import simulated
 
 __all__ = ["draw_runs", "drawn_record", "refuse_without_draws"]
 
@@ -55,8 +56,7 @@ def draw_runs(problem: Problem, seed: int, runs: Sequence[int]) -> Draws:
     try:
         with plugin_code(owner, "drawn_many() of source"):
             if hasattr(problem.source, "drawn_many_for"):
-                row = problem.plan.layout.complete(problem.plan.layout.pack(problem.reference))
-                made = problem.source.drawn_many_for(problem.plan, row, seeds, start)
+                made = problem.source.drawn_many_for(*simulated(problem), seeds, start)
             else:
                 made = problem.source.drawn_many(seeds, start)
     except (ConfigError, PluginError) as error:

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from estimfw.config.compose import Problem
 from estimfw.data.record import Record, Stream
 from estimfw.errors import ConfigError, PluginError
+from estimfw.plan.plan import Plan
 from estimfw.registry.contract import plugin_code
 from estimfw.run.guard import check_record
 
-__all__ = ["load_record"]
+__all__ = ["load_record", "simulated"]
+
+FloatArray = NDArray[np.float64]
 
 
 def load_record(problem: Problem) -> Record:
@@ -44,15 +50,27 @@ def _loaded(source: Any, problem: Problem, path: tuple[str, ...]) -> Record:
     owner, what = problem.owners.get(".".join(path)), "source" if len(path) == 1 else f"source {'.'.join(path)!r}"
     try:
         with plugin_code(owner, f"load() of {what}"):
-            if hasattr(source, "load_for"):
-                row = problem.plan.layout.pack(problem.reference)
-                made = source.load_for(problem.plan, problem.plan.layout.complete(row))
-            else:
-                made = source.load()
+            made = source.load_for(*_seen_by(source, problem)) if hasattr(source, "load_for") else source.load()
         return check_record(made, owner, what)
     except (ConfigError, PluginError) as error:
         problem.document.placed(error, path)
         raise
+
+
+def _seen_by(source: Any, problem: Problem) -> tuple[Plan, FloatArray]:
+    """The filter's plan and its complete nominal row; of one that simulates the plan, see `simulated`."""
+    if hasattr(source, "drawn_many_for"):
+        return simulated(problem)
+    return problem.plan, problem.plan.layout.complete(problem.plan.layout.pack(problem.reference))
+
+
+def simulated(problem: Problem) -> tuple[Plan, FloatArray]:
+    """What a source simulates that knows the model: the plan, and its complete nominal row.
+
+    It is the model before policies: a reduced filter meets what it leaves out, and all filters on it the same record.
+    """
+    plan = problem.plan if problem.truth is None else problem.truth.plan.plan
+    return plan, plan.layout.complete(plan.layout.pack(problem.reference))
 
 
 def _joined(record: Record, name: str, added: Record, problem: Problem) -> Record:

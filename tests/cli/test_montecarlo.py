@@ -45,3 +45,11 @@ def test_check_fails_with_its_own_exit_code_and_names_what(estimfw: Estimfw) -> 
 @pytest.mark.parametrize("words", [("--runs", "1"), ("--workers", "0"), ("--confidence", "2")])
 def test_numbers_that_make_no_sense_are_usage_errors(estimfw: Estimfw, words: tuple[str, str]) -> None:
     assert estimfw("montecarlo", "examples/tracker.yaml", *words).code == 2
+
+
+def test_the_example_passes_and_its_own_sigmas_are_told_to_be_too_small(estimfw: Estimfw) -> None:
+    told = estimfw("montecarlo", "examples/monte_carlo_7.yaml", "--runs", "60", "--workers", "1", "--json", "--check")
+    assert told.code == 0, told.err
+    found = {(e["figure"], e["quantity"]): e for e in json.loads(told.out)["judged"]}
+    assert found[("honest NEES", "attitude_error")]["verdict"] == "consistent"
+    assert found[("NEES", "attitude_error")]["verdict"] == "sigmas too small"
