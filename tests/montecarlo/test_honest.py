@@ -40,8 +40,10 @@ def failed(dataset: xr.Dataset, figure: str) -> set[str]:
 
 def test_the_same_record_is_simulated_whatever_the_policies(composed: Callable[..., Any]) -> None:
     whole, reduced = composed(BIASED.replace("POLICIES", "[]")), composed(REDUCED)
-    np.testing.assert_array_equal(*(load_record(p).streams["fix"].values for p in (whole, reduced)))
-    np.testing.assert_array_equal(*(draw_runs(p, 1, [3]).record.streams["fix"].values for p in (whole, reduced)))
+    one, other = (load_record(problem) for problem in (whole, reduced))
+    np.testing.assert_array_equal(one.streams["fix"].values, other.streams["fix"].values)
+    one, other = (draw_runs(problem, 1, [3]).record for problem in (whole, reduced))
+    np.testing.assert_array_equal(one.streams["fix"].values, other.streams["fix"].values)
 
 
 def test_a_log_is_asked_for_nothing_that_the_filter_does_not_read(
