@@ -15,7 +15,7 @@ from estimfw.model.model import Model
 from estimfw.units.ratio import unit_ratio
 from estimfw.units.unit_text import parse_unit
 
-__all__ = ["Direction", "StateNames", "Term", "directions_of", "undetectable_directions", "unseen_rates"]
+__all__ = ["Direction", "StateNames", "Term", "combination", "directions_of", "undetectable_directions", "unseen_rates"]
 
 FloatArray = NDArray[np.float64]
 
@@ -134,10 +134,10 @@ def _direction(
         for i in (first, *rest)
     )
     printed = [t for t, i in zip(terms, (first, *rest), strict=True) if i in (first, own) or share[i] > UNPRINTED]
-    return Direction(_combination(printed), terms, example)
+    return Direction(combination(printed), terms, example)
 
 
-def _combination(terms: Sequence[Term]) -> str:
+def combination(terms: Sequence[Term]) -> str:
     """``a - 2 1/s * b``."""
     text = terms[0].state
     for term in terms[1:]:

@@ -105,9 +105,13 @@ def least_determined_removable(
     return least_determined(removable_sets(found, stretches, covariance, protected).sets, found.degree)
 
 
-def independent_states(found: Observability, covariance: FloatArray) -> States:
-    """For each unobservable direction a state by which it can be told from the others: the least determined ones."""
-    return _greedy(_scaled_rows(found, covariance), _order(found.degree)) or ()
+def independent_states(found: Observability, covariance: FloatArray, protected: Sequence[bool] = ()) -> States:
+    """For each unobservable direction a state by which it can be told from the others: the least determined ones.
+
+    Empty where the unprotected ones are not enough.
+    """
+    free = [i for i in _order(found.degree) if not (protected and protected[i])]
+    return _greedy(_scaled_rows(found, covariance), free) or ()
 
 
 def least_determined(sets: Sequence[States], degree: FloatArray) -> States | None:

@@ -13,6 +13,7 @@ from estimfw.analysis.directions import undetectable_directions
 from estimfw.config.block_frames import with_frame_axes
 from estimfw.config.builder import Builder
 from estimfw.config.document import Document
+from estimfw.config.exact_quotient import refuse_inexact_quotient
 from estimfw.config.filter_config import FilterConfig
 from estimfw.config.generic.kalman import KalmanConfig, kalman
 from estimfw.config.generic.nominal import ConstantNominal
@@ -130,6 +131,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     discretisation = kalman(estimator)
     settings = replace(settings, evaluation=discretisation.evaluation)
     plan = _plan(model, provider, settings, estimator, document)
+    _exact_quotient(model, plan, provider, settings, document)
     truth, unpriced = own_truth(full, model, changes, provider, settings.computed, reference, plan)
     return Problem(
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
@@ -269,6 +271,14 @@ def _checks(cfg: FilterConfig, provider: Any, model: Model, document: Document) 
         )
     except ConfigError as error:
         error.location = error.location or document.locate(("nominal", "operations"))
+        raise
+
+
+def _exact_quotient(model: Model, plan: Plan, provider: Any, settings: ProviderSettings, document: Document) -> None:
+    try:
+        refuse_inexact_quotient(model, plan, provider, settings.computed)
+    except ConfigError as error:
+        error.location = error.location or document.locate(("policies", len(document.data["policies"]) - 1))
         raise
 
 

@@ -27,6 +27,7 @@ from estimfw.model.parts import (
 )
 from estimfw.model.polynomial import Factor, Polynomial
 from estimfw.model.prior import Prior
+from estimfw.model.quotient import Quotient
 from estimfw.model.structure import Structure
 from estimfw.spelling import did_you_mean
 
@@ -56,6 +57,8 @@ class Model:
     prior : Prior
     fixed : tuple of (factor, polynomial)
         Nominal scalars that a policy holds at constants.
+    quotient : Quotient or None
+        What the states stand for, where they are combinations of those of another model.
     """
 
     frames: tuple[Frame, ...]
@@ -68,6 +71,7 @@ class Model:
     outputs: tuple[Output, ...] = ()
     derived: tuple[DerivedVariable, ...] = ()
     fixed: tuple[tuple[Factor, Polynomial], ...] = ()
+    quotient: Quotient | None = None
 
     # -- names ---------------------------------------------------------------------------------------------------
 
@@ -75,6 +79,11 @@ class Model:
     def states(self) -> tuple[str, ...]:
         """State labels in order."""
         return tuple(label for block in self.blocks for label in block.labels)
+
+    @property
+    def state_meanings(self) -> tuple[str, ...]:
+        """What each state stands for, see `Quotient`; its label where it is what its name says."""
+        return self.quotient.meanings if self.quotient is not None else self.states
 
     @cached_property
     def offsets(self) -> Mapping[str, int]:
@@ -153,11 +162,15 @@ class Model:
     def term_matrix(self, term: ProcessTerm) -> Coefficient:
         """The term's coefficient between living axes, rotations inserted, fixed variables put in."""
         target, source = self.block(term.target), self.source(term.source)
+        return self.whole_term(term).select(list(target.live), list(source.live)).substitute(self._substitution)
+
+    def whole_term(self, term: ProcessTerm) -> Coefficient:
+        """The term's coefficient between all axes of target and source, in the frames in which they live."""
+        target, source = self.block(term.target), self.source(term.source)
         source_frame = self.noise_frame(source) if isinstance(source, NoiseInput) else None
         if isinstance(source, StateBlock):
             source_frame = source.frame
-        full = between_frames(term.coefficient, self._acting(term), target.frame, source_frame, self.frame_map)
-        return full.select(list(target.live), list(source.live)).substitute(self._substitution)
+        return between_frames(term.coefficient, self._acting(term), target.frame, source_frame, self.frame_map)
 
     def _acting(self, term: ProcessTerm) -> str | None:
         """The frame in which a term's coefficient is written: its own, else the one its target (or source) was declared in."""

@@ -19,7 +19,7 @@ from estimfw.plan.discretisation import Discretisation
 from estimfw.plan.layout import NominalLayout
 from estimfw.plan.lowering import Lowered, lower
 
-__all__ = ["MeasurementPlan", "Plan", "make_plan"]
+__all__ = ["MeasurementPlan", "Plan", "make_plan", "varying"]
 
 FloatArray = NDArray[np.float64]
 
@@ -213,7 +213,7 @@ def make_plan(
         prior=model.prior,
         correction=lower(correction(model, slots), layout),
         discretisation=discretisation,
-        varying=tuple(_varying(model, layout)),
+        varying=tuple(varying(model, layout)),
         outputs=tuple((o, lower(model.jacobian(o), layout)) for o in model.outputs),
     )
 
@@ -236,7 +236,8 @@ def _measurement(model: Model, name: str, layout: NominalLayout, gate: float | N
     )
 
 
-def _varying(model: Model, layout: NominalLayout) -> list[tuple[str, str, str]]:
+def varying(model: Model, layout: NominalLayout) -> list[tuple[str, str, str]]:
+    """(what, variable, change) of all that keeps a model from being time-invariant."""
     found: list[tuple[str, str, str]] = []
     names = {n.name for n in model.noises}
 

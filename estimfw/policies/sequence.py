@@ -70,6 +70,11 @@ def apply_policies(
     """
     changes: list[Change] = []
     for policy in policies:
+        if model.quotient is not None:
+            raise ConfigError(
+                f"policy {policy.label!r}: the states are those of an exact quotient, which a further change would spoil",
+                hint=f"put {policy.label!r} before prune_unobservable in mode quotient, which acts last",
+            )
         try:
             model, change = policy.apply(model, reference)
         except LostAxisError as error:

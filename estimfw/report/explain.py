@@ -47,6 +47,7 @@ def explain_json(problem: Problem) -> dict[str, Any]:
     return {
         "name": problem.config.name,
         "states": list(model.states),
+        "state_meanings": list(model.state_meanings),
         "units": list(problem.plan.units),
         "F": model.F.coefficient.evaluate(values).tolist(),
         "G": model.G.coefficient.evaluate(values).tolist(),

@@ -31,6 +31,8 @@ def explanation(problem: Problem) -> Iterator[RenderableType]:
     model = problem.model
     yield Text(problem.config.name or "filter", style="bold")
     yield _states(problem)
+    if model.quotient is not None:
+        yield _meanings(model)
     yield _equations("equations", "d/dt", dynamics(model))
     yield _equations("measurements", "", observations(model))
     yield _measurements(model)
@@ -93,6 +95,14 @@ def _states(problem: Problem) -> Table:
             shown = f"{sigma[i] * scale:.4g} {block.display_unit or block.unit}"
             equation = ", ".join(_driving(model, i))
             _add(table, label, block.frame or "", shown, equation or "constant")
+    return table
+
+
+def _meanings(model: Model) -> Table:
+    table = _table("what states stand for, factors in SI units", "state", "stands for")
+    for label, meaning in zip(model.states, model.state_meanings, strict=True):
+        if label != meaning:
+            _add(table, label, meaning)
     return table
 
 

@@ -21,6 +21,7 @@ from estimfw.report.tables import (
     end_table,
     equivalence_table,
     event_table,
+    meaning_table,
     policy_table,
 )
 from estimfw.run.plausibility import cautions
@@ -83,6 +84,8 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
     yield Section(
         "headline", "At the end", _headline_cards(headlines(dataset), start_line(dataset)) + table(end_table(dataset))
     )
+    meanings = meaning_table(dataset)
+    yield Section("meanings", "What states stand for", table(meanings) if meanings.rows else "")
     yield drawn("outputs", "Convergence of the outputs")
     yield drawn("output_errors", "Errors of the outputs")
     yield drawn("states", "States", _loop_note(dataset))

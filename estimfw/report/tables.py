@@ -31,6 +31,7 @@ __all__ = [
     "end_table",
     "equivalence_table",
     "event_table",
+    "meaning_table",
     "policy_table",
 ]
 
@@ -82,6 +83,15 @@ def _end_row(end: EndValue, with_honest: bool, with_error: bool) -> tuple[Cell, 
     ratio = error / trusted if trusted > 0 else np.nan
     tone = "bad" if abs(ratio) > 3 else ""
     return (*cells, Cell(plus_minus(error, trusted)[0]), Cell(significant(ratio, 2), tone))
+
+
+def meaning_table(dataset: xr.Dataset) -> Table:
+    """States that stand for combinations; no rows where each is what its name says. Outputs that they correct are in the note."""
+    rows = tuple((Cell(end.label), Cell(end.meaning)) for end in end_states(dataset) if end.meaning)
+    outputs = ", ".join(end.label for end in end_outputs(dataset) if end.meaning)
+    told = f" So {outputs} are corrected by such combinations." if outputs else ""
+    note = f"An exact quotient: nothing of the whole filter is lost, but these are not told apart.{told} Factors in SI units."
+    return Table(("state", "stands for"), rows, note=note if rows else "")
 
 
 def disposition_table(dataset: xr.Dataset, *, brief: bool = False) -> Table:

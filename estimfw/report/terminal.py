@@ -11,7 +11,7 @@ from rich.text import Text
 from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.judgement import sigma_caveat
 from estimfw.report.numbers import plain
-from estimfw.report.tables import Table, disposition_table, end_table, event_table
+from estimfw.report.tables import Table, disposition_table, end_table, event_table, meaning_table
 from estimfw.run.plausibility import cautions
 from estimfw.run.summary import json_attribute
 
@@ -52,6 +52,7 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
     if caveat:
         console.print(Text(caveat, style=TONES["warn"]))
     print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
+    print_table(console, "What states stand for", meaning_table(dataset))
     print_table(console, "Measurements", disposition_table(dataset, brief=True))
     print_table(console, "Events", event_table(dataset, EVENTS_SHOWN))
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from estimfw.run.json_value import without_nan
 from estimfw.run.plausibility import cautions
-from estimfw.run.summary import events_of, json_attribute, measurement_summaries
+from estimfw.run.summary import events_of, json_attribute, meaning_of, measurement_summaries
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,8 +26,8 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
     -------
     dict
         ``states`` maps a label to value, sigma and unit (SI), with the honest sigma of a reduced model, and with truth and
-        error where they are known. Each output is an
-        entry of its own (``attitude`` -> ``yaw`` ...), in display units (deg). What is unknown is None.
+        error where they are known; ``meaning`` says what a state or output stands for that is not what its label says. Each
+        output is an entry of its own (``attitude`` -> ``yaw`` ...), in display units (deg). What is unknown is None.
     """
     row = int(dataset.sizes["time"]) - 1
     measurements = {
@@ -97,6 +97,9 @@ def _states(dataset: xr.Dataset, row: int) -> dict[str, Any]:
         }
         if "honest_sigma" in dataset:
             found[str(label)]["honest_sigma"] = float(dataset["honest_sigma"][row, i])
+        meaning = meaning_of(dataset, "state", i)
+        if meaning:
+            found[str(label)]["meaning"] = meaning
         if known:
             found[str(label)] |= {"truth": float(dataset["truth"][row, i]), "error": float(dataset["error"][row, i])}
     return found
@@ -116,6 +119,9 @@ def _outputs(dataset: xr.Dataset, row: int) -> dict[str, Any]:
         }
         if "output_honest_sigma" in dataset:
             entry["honest_sigma"] = float(dataset["output_honest_sigma"][row, i]) * scale
+        meaning = meaning_of(dataset, "output", i)
+        if meaning:
+            entry["meaning"] = meaning
         if "output_truth" in dataset:
             entry["truth"] = float(dataset["output_truth"][row, i]) * scale
             entry["error"] = float(dataset["output_error"][row, i]) * scale

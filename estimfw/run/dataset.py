@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from estimfw.kernels.fuse import MEANINGS
+from estimfw.model.model import Model
+from estimfw.model.parts import Output
 from estimfw.run.event_columns import event_columns
 from estimfw.run.plausibility import implausible_events, unmeasured
 from estimfw.run.run import Collected
@@ -54,8 +57,10 @@ def result_dataset(done: Collected) -> xr.Dataset:
             [b.display_unit or b.unit for b in problem.model.blocks for _ in b.axes],
         ),
     }
+    coordinates["state_meaning"] = ("state", list(problem.model.state_meanings))
     outputs = [o for o, _ in problem.plan.outputs]
     if outputs:
+        coordinates["output_meaning"] = ("output", output_meanings(problem.model, outputs))
         coordinates |= _axis(
             "output",
             [label for o in outputs for label in o.labels],
@@ -76,6 +81,17 @@ def result_dataset(done: Collected) -> xr.Dataset:
     }
     made = xr.Dataset(variables, coordinates, attributes)
     return made.assign(event_columns((*done.events, *implausible_events(made))))
+
+
+def output_meanings(model: Model, outputs: Sequence[Output]) -> list[str]:
+    """For each component of each output its label, and with it the combinations that it is made of where there are such."""
+    changed = {s: m for s, m in zip(model.states, model.state_meanings, strict=True) if s != m}
+    made: list[str] = []
+    for output in outputs:
+        read = np.any(model.jacobian(output).pattern, axis=0)
+        parts = [changed[s] for s, own in zip(model.states, read, strict=True) if own and s in changed]
+        made += [f"{label} by {', '.join(parts)}" if parts else label for label in output.labels]
+    return made
 
 
 def _axis(name: str, labels: list[str], units: list[str], display: list[str]) -> dict[str, Any]:

@@ -38,8 +38,12 @@ def with_found_covariance(
     Notes
     -----
     With found error = S q + rest and the configured prior P_q of a block q, the found block gets S P_q S^T + rest and the
-    correlation S P_q with it. Of a q that the model does not have (any more) the share stays as the finding assumed it.
+    correlation S P_q with it. Of a q that the model does not have (any more) the share stays as the finding assumed it. Of a
+    quotient the whole model is given what was found, for its states are combinations.
     """
+    if model.quotient is not None and start.covariance:
+        full, T = model.quotient.of, model.quotient.T
+        return np.asarray(T @ with_found_covariance(full, full.prior.evaluate(nominal)[1], start, nominal) @ T.T)
     made = covariance.copy()
     for block in model.blocks:
         found = start.covariance.get(block.quantity)

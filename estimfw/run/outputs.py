@@ -11,6 +11,7 @@ from estimfw.config.compose import Problem
 from estimfw.data.record import SAME, Truth
 from estimfw.estimators.scan import ChunkResult
 from estimfw.model.frame import rotation
+from estimfw.model.model import Model
 from estimfw.model.parts import Output, StateBlock
 from estimfw.plan.lowering import Lowered
 from estimfw.registry.contract import broken, plugin_code
@@ -66,22 +67,39 @@ def truth_at(truth: Truth | None, time: FloatArray) -> dict[str, FloatArray] | N
 
 
 def state_truth(problem: Problem, rows: FloatArray, truth: Mapping[str, FloatArray]) -> FloatArray:
-    """True value of each state (K, n); NaN where it is not known."""
+    """True value of each state (K, n), of one that is a combination that of the combination; NaN where it is not known."""
     nominal = problem.plan.layout.unpack(rows)
-    values = np.full((rows.shape[0], len(problem.model.states)), np.nan)
-    for block in problem.model.blocks:
-        full = _block_truth(problem, block, nominal, truth)
+    quotient = problem.model.quotient
+    if quotient is None:
+        return _truth_of(problem.model, nominal, truth, rows.shape[0])
+    if any(f"state:{label}" in truth for label in set(quotient.of.states) - set(problem.model.states)):
+        return quotient.combined(_truth_of(quotient.of, nominal, truth, rows.shape[0]))
+    named = {name: value for name, value in truth.items() if not name.startswith("state:")}
+    values = quotient.combined(_truth_of(quotient.of, nominal, named, rows.shape[0]))
+    return _with_named(problem.model, values, truth)  # a source that simulates the filter's own states knows these
+
+
+def _truth_of(
+    model: Model, nominal: Mapping[str, FloatArray], truth: Mapping[str, FloatArray], count: int
+) -> FloatArray:
+    values = np.full((count, len(model.states)), np.nan)
+    for block in model.blocks:
+        full = _block_truth(model, block, nominal, truth)
         if full is not None:
-            at = problem.model.offsets[block.name]
+            at = model.offsets[block.name]
             values[:, at : at + len(block.axes)] = full[:, block.live]
-    for i, label in enumerate(problem.model.states):
+    return _with_named(model, values, truth)
+
+
+def _with_named(model: Model, values: FloatArray, truth: Mapping[str, FloatArray]) -> FloatArray:
+    for i, label in enumerate(model.states):
         if f"state:{label}" in truth:
             values[:, i] = truth[f"state:{label}"]
     return values
 
 
 def _block_truth(
-    problem: Problem, block: StateBlock, nominal: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]
+    model: Model, block: StateBlock, nominal: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]
 ) -> FloatArray | None:
     try:
         if block.truth_error is not None:
@@ -95,7 +113,7 @@ def _block_truth(
     if block.home_frame is None or block.frame is None or block.home_frame == block.frame:
         return full
     where = {**nominal, **truth}
-    turn = rotation(block.home_frame, block.frame, problem.model.frame_map).evaluate(where)
+    turn = rotation(block.home_frame, block.frame, model.frame_map).evaluate(where)
     return np.asarray(np.einsum("...ij,...j->...i", turn, full))
 
 

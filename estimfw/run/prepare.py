@@ -15,6 +15,7 @@ from estimfw.estimators.scan import Chunk, FilterState, row_offsets
 from estimfw.model.nominal import BoundProvider, InitialNominal
 from estimfw.plan.inputs import InputValues, inputs_at
 from estimfw.plan.plan import Plan
+from estimfw.policies.quotient import refuse_inexact
 from estimfw.registry.contract import plugin_code
 from estimfw.run.found_start import with_found_covariance
 from estimfw.run.guard import GuardedProvider, check_findings
@@ -139,6 +140,7 @@ def filter_start(
     """The scan for so many steps, its first state, and the prior at the start."""
     plan = problem.plan
     nominal = plan.layout.unpack(plan.layout.complete(row))
+    refuse_inexact(problem.model, nominal)
     mean, covariance = plan.prior.evaluate(nominal)
     prior = (mean, with_found_covariance(problem.model, covariance, start, nominal))
     scan = chosen_scan(problem, bound, row, prior, len(steps))

@@ -29,6 +29,7 @@ SHEET: dict[str, tuple[str, str | None]] = {
     "state_unit": ("SI unit of each state", None),
     "state_display_unit": ("unit in which people read each state", None),
     "state_display_scale": ("factor from the SI unit to the display unit of each state", "1"),
+    "state_meaning": ("what each state stands for: a combination, in SI units, or what its label says", None),
     "estimate": ("estimate of each state", PER_STATE),
     "sigma": ("standard deviation of each estimate, from the filter's covariance", PER_STATE),
     "prior_sigma": ("standard deviation of each state that a start of the filter assumes", PER_STATE),
@@ -47,6 +48,10 @@ SHEET: dict[str, tuple[str, str | None]] = {
     "output_unit": ("SI unit of each output", None),
     "output_display_unit": ("unit in which people read each output", None),
     "output_display_scale": ("factor from the SI unit to the display unit of each output", "1"),
+    "output_meaning": (
+        "each output, and the combinations of states that it is corrected by, where there are such",
+        None,
+    ),
     "output_value": ("value of each output", PER_OUTPUT),
     "output_sigma": ("standard deviation of each output", PER_OUTPUT),
     "output_honest_sigma": ("standard deviation of each output on the truth model", PER_OUTPUT),

@@ -25,6 +25,7 @@ __all__ = [
     "end_states",
     "events_of",
     "json_attribute",
+    "meaning_of",
     "measurement_summaries",
     "nis_freedom",
     "summarise",
@@ -37,7 +38,7 @@ class EndValue:
 
     ``value``, ``sigma``, ``honest`` (the sigma on the truth model, of a reduced model only) and ``error`` (value minus truth) are
     in the SI ``unit``, NaN where unknown; times ``display_scale`` they are in ``display_unit``. ``time`` (s) is that of the last
-    row with a value.
+    row with a value. ``meaning`` says what it stands for, where that is not what its label says; else it is empty.
     """
 
     label: str
@@ -49,6 +50,7 @@ class EndValue:
     unit: str
     display_unit: str
     display_scale: float
+    meaning: str = ""
 
     @property
     def trusted(self) -> float:
@@ -122,6 +124,14 @@ def json_attribute(dataset: xr.Dataset, name: str, default: Any) -> Any:
     return default if text is None else json.loads(str(text))
 
 
+def meaning_of(dataset: xr.Dataset, axis: str, column: int) -> str:
+    """What a state or an output (``axis``) stands for, where that is not what its label says; else empty."""
+    if f"{axis}_meaning" not in dataset.coords:
+        return ""
+    label, meaning = (str(dataset[name].to_numpy()[column]) for name in (axis, f"{axis}_meaning"))
+    return meaning if meaning != label else ""
+
+
 def summarise(dataset: xr.Dataset) -> dict[str, Any]:
     """The summary as plain JSON values, in SI units and in display units; unknown numbers are None."""
     time = dataset["time"].to_numpy()
@@ -169,6 +179,7 @@ def _end_values(dataset: xr.Dataset, axis: str, value: str, sigma: str, honest: 
             unit=str(dataset[f"{axis}_unit"].to_numpy()[column]),
             display_unit=str(dataset[f"{axis}_display_unit"].to_numpy()[column]),
             display_scale=float(dataset[f"{axis}_display_scale"].to_numpy()[column]),
+            meaning=meaning_of(dataset, axis, column),
         )
 
 
@@ -204,6 +215,7 @@ def _as_json(end: EndValue) -> dict[str, Any]:
     value, sigma, error = end.display()
     return {
         "label": end.label,
+        **({"meaning": end.meaning} if end.meaning else {}),
         "time": end.time,
         "value": end.value,
         "sigma": end.sigma,

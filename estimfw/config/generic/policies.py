@@ -12,7 +12,7 @@ from estimfw.policies.drop_states import DropStates
 from estimfw.policies.drop_term import DropTerm
 from estimfw.policies.express_in_frame import ExpressInFrame
 from estimfw.policies.fix_nominal import FixNominal
-from estimfw.policies.prune_unobservable import PruneUnobservable
+from estimfw.policies.prune_unobservable import MODES, PruneMode, PruneUnobservable
 
 __all__ = [
     "DropStatesConfig",
@@ -63,9 +63,10 @@ class FixNominalConfig(Settings):
 
 
 class PruneUnobservableConfig(Settings):
-    """Delete what cannot be determined; blocks or states in ``protect`` are never touched."""
+    """Delete what cannot be determined, or let others stand for it; blocks or states in ``protect`` are never touched."""
 
     kind: Literal["prune_unobservable"]
+    mode: Annotated[PruneMode, Field(description=MODES)] = "delete"
     protect: Annotated[Names, Field(description="blocks or states that stay")] = ()
 
 
@@ -86,4 +87,4 @@ def fix_nominal(cfg: FixNominalConfig) -> Policy:
 
 
 def prune_unobservable(cfg: PruneUnobservableConfig) -> Policy:
-    return PruneUnobservable(cfg.protect)
+    return PruneUnobservable(cfg.protect, cfg.mode)

@@ -13,7 +13,7 @@ from estimfw.policies.drop_states import DropStates
 from estimfw.policies.drop_term import DropTerm
 from estimfw.policies.express_in_frame import ExpressInFrame
 from estimfw.policies.fix_nominal import FixNominal
-from estimfw.policies.prune_unobservable import PruneUnobservable
+from estimfw.policies.prune_unobservable import MODES, PruneMode, PruneUnobservable
 from estimfw.policies.sequence import Sequential
 
 __all__ = [
@@ -60,9 +60,11 @@ class ConstantSpecificForceConfig(Settings):
 
 
 class PruneUnobservableConfig(Settings):
-    """Delete the states that are least determined even with perfect knowledge of the observable part."""
+    """Delete the states that are least determined even with perfect knowledge of the observable part, or let others stand
+    for them."""
 
     kind: Literal["sins_static.prune_unobservable"]
+    mode: Annotated[PruneMode, Field(description=MODES)] = "delete"
     protect: Annotated[Names, Field(description="blocks or states that stay")] = ("attitude_error",)
 
 
@@ -93,4 +95,5 @@ def constant_specific_force(cfg: ConstantSpecificForceConfig) -> Policy:
 
 def prune_unobservable(cfg: PruneUnobservableConfig) -> Policy:
     condition = "the attitude takes up what the deleted biases do; its own sigma does not include them"
-    return Sequential("sins_static.prune_unobservable", (PruneUnobservable(cfg.protect),), condition)
+    told = condition if cfg.mode == "delete" else ""
+    return Sequential("sins_static.prune_unobservable", (PruneUnobservable(cfg.protect, cfg.mode),), told)
