@@ -29,6 +29,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "check": ("estimfw.cli.check", "Check a config without running it."),
     "explain": ("estimfw.cli.explain", "Show model, policies, equivalence and plan of a config."),
     "compare": ("estimfw.cli.compare", "Price list of filters: cost, time, errors and sigmas on one record."),
+    "budget": ("estimfw.cli.budget", "Tell what the errors of a config's filter come from."),
     "montecarlo": ("estimfw.cli.montecarlo", "Run a config many times; judge its errors and innovations."),
     "observe": ("estimfw.cli.observe", "Tell what the measurements of a config can determine."),
     "simulate": ("estimfw.cli.simulate", "Write the record that a config's source simulates."),

@@ -29,6 +29,9 @@ Places are computed from these; matplotlib's layout engines draw everything twic
 LABEL, CHARACTER = 0.42, 0.076
 """Inches at the left: for the unit and the ticks, and for each character of the longest tick label."""
 
+LEGEND_ROW, KEY, TITLE = 0.2, 0.55, 0.24
+"""Inches: of a row of a legend that stands above the title of its panel, of a key in it, and of that title."""
+
 LINE, CHARACTERS = 0.14, 160
 """Inches and characters of a line of the note below the title."""
 
@@ -75,7 +78,8 @@ def draw(chart: Chart) -> Figure:
     rows = len(chart.panels)
     row = ROW * 2 if rows == 1 else ROW
     told = textwrap.wrap(chart.note, CHARACTERS)
-    head = HEAD + LINE * len(told)
+    above = _legend_rows(chart.panels[0]) if _is_wide(chart.panels[0]) else 0
+    head = HEAD + LINE * len(told) + LEGEND_ROW * above
     height = head + FOOT + rows * row + (rows - 1) * GAP
     figure = Figure(figsize=(WIDTH, height))
     figure.suptitle(_text(chart.title), x=0.1 / WIDTH, y=1 - 0.08 / height, ha="left", va="top", fontweight="bold")
@@ -86,11 +90,11 @@ def draw(chart: Chart) -> Figure:
         _draw_panel(axes, panel)
         axes.tick_params(labelbottom=panel is chart.panels[-1])
         all_axes.append(axes)
-    _draw_legends(chart, all_axes)
     all_axes[-1].set_xlabel(f"time, {chart.time_unit}")
     if chart.span:
         all_axes[-1].set_xlim(*chart.span)
     _place(all_axes, row, head, height)
+    _draw_legends(chart, all_axes, row)
     return figure
 
 
@@ -146,15 +150,36 @@ def _draw_curve(axes: Axes, curve: Curve) -> None:
     )
 
 
-def _draw_legends(chart: Chart, all_axes: list[Axes]) -> None:
+def _draw_legends(chart: Chart, all_axes: list[Axes], row: float) -> None:
     """Beside the title of the first panel, and of each other one that shows other things."""
     shown: tuple[str, ...] = ()
     for axes, panel in zip(all_axes, chart.panels, strict=True):
-        names = (*(band.name for band in panel.bands), *(curve.name for curve in panel.curves if curve.listed))
+        names = _legend_names(panel)
         if names != shown and names != (panel.title,):
-            legend = axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(names), borderaxespad=0)
+            wide = _is_wide(panel)
+            columns = -(-len(names) // _legend_rows(panel)) if wide else len(names)
+            up = 1.0 + (TITLE / row if wide else 0.0)
+            legend = axes.legend(loc="lower right", bbox_to_anchor=(1.0, up), ncols=columns, borderaxespad=0)
             legend.set_in_layout(False)
         shown = shown or names
+
+
+def _legend_names(panel: Panel) -> tuple[str, ...]:
+    return (*(band.name for band in panel.bands), *(curve.name for curve in panel.curves if curve.listed))
+
+
+def _legend_width(panel: Panel) -> float:
+    """Inches of the legend in one row."""
+    return sum(KEY + CHARACTER * len(name) for name in _legend_names(panel))
+
+
+def _is_wide(panel: Panel) -> bool:
+    """The legend does not fit beside the title: it goes above it."""
+    return _legend_width(panel) + CHARACTER * len(panel.title) > WIDTH - LABEL - RIGHT - 0.5
+
+
+def _legend_rows(panel: Panel) -> int:
+    return max(1, -(-int(10 * _legend_width(panel)) // int(10 * (WIDTH - LABEL - RIGHT - 0.8))))
 
 
 def _text(words: str) -> str:
