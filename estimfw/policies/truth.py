@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from estimfw.errors import ConfigError
 from estimfw.model.coefficient import Coefficient, constant
 from estimfw.model.model import Model
 from estimfw.model.nominal import AxisMirror, Operation
@@ -83,9 +84,10 @@ def truth_model(
     Raises
     ------
     ConfigError
-        Nothing would be left.
+        Nothing would be left; or the states of the two models are not in the same units and frames.
     """
     richest = full if real is None else real
+    _refuse_other_units(full, richest)
     left_out = [o for o in operations if o.name not in computed and _mirrored(richest, o)]
     model = _without(richest, left_out, reference)
     return TruthModel(
@@ -94,6 +96,21 @@ def truth_model(
         not_computed=tuple(o.name for o in left_out),
         unmodelled=tuple(o.name for o in operations if o.name in computed and not _mirrored(richest, o)),
     )
+
+
+def _refuse_other_units(full: Model, real: Model) -> None:
+    for block in full.blocks:
+        for other in real.blocks:
+            if not set(block.labels) & set(other.labels):
+                continue
+            if block.unit != other.unit:
+                raise ConfigError(
+                    f"block {block.name} is in {other.unit} in the truth model, in {block.unit} in the filter's"
+                )
+            if block.frame != other.frame:
+                raise ConfigError(
+                    f"block {block.name} is in frame {other.frame} in the truth model, in {block.frame} in the filter's"
+                )
 
 
 def _mirrored(model: Model, operation: Operation) -> bool:
