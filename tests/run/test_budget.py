@@ -82,7 +82,7 @@ def test_a_filter_that_is_not_reduced_owns_all_of_its_error(composed: Composed) 
 
 def within(rms: FloatArray, sigma: FloatArray, runs: int) -> bool:
     """Is the rms of so many runs what sigma says, to one in ten thousand?"""
-    low, high = chi2.ppf([5e-5, 1.0 - 5e-5], runs)
+    low, high = (float(chi2.ppf(level, runs)) for level in (5e-5, 1.0 - 5e-5))
     return bool(np.all((runs * (rms / sigma) ** 2 > low) & (runs * (rms / sigma) ** 2 < high)))
 
 
@@ -107,6 +107,7 @@ def last_errors(problem: Problem, other: Problem, seed: int) -> FloatArray:
         x, P = x @ Phi.T, Phi @ P @ Phi.T + Q
         K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
         x, P = x + (z[:, k] - x @ H.T) @ K.T, (np.eye(len(P)) - K @ H) @ P
+    assert draws.truth is not None
     return x - np.stack([draws.truth[f"state:{s}"][:, -1] for s in plan.states], axis=-1)
 
 
