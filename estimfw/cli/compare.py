@@ -66,7 +66,7 @@ def command(
     figures = read_published(published) if published is not None else ()
     contenders, points = _contenders(configs, overrides, stepwise), grid(varied)
     with progress(as_json) as shown:
-        found = compare(contenders, points, load_plugins(core_components()), repeats, shown)
+        found = compare(contenders, points, load_plugins(core_components()), repeats, times, shown)
     values = values_of(found, sorted(set(times)), figures)
     remarks = _remarks(figures, unmatched(figures, values))
     if as_json:

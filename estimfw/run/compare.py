@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 from estimfw.analysis.cost import StepCost, step_cost
 from estimfw.config.compose import Problem
+from estimfw.data.record import SAME
+from estimfw.errors import UsageError
 from estimfw.registry.registry import Registry
 from estimfw.run.contenders import Contender, Point, refuse_other_records
 from estimfw.run.dataset import result_dataset
 from estimfw.run.load import load_record
+from estimfw.run.prepare import Prepared, prepare
 from estimfw.run.run import Collected, run_problem
 from estimfw.run.step_time import StepTime, step_times
 
@@ -66,6 +69,7 @@ def compare(
     points: Sequence[Point],
     registry: Registry,
     repeats: int = 15,
+    times: Sequence[float] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
     """Run every filter at every point, and time them by turns at the first.
@@ -78,13 +82,15 @@ def compare(
     registry : Registry
     repeats : int
         Of the timing.
+    times : sequence of float, s
+        Instants that somebody will ask for: one outside the first filter's run is refused before anything runs.
     progress : callable, optional
         Called with runs done and runs in all.
 
     Raises
     ------
     EstimfwError
-        A config is refused, or brings a record of its own.
+        A config is refused, or brings a record of its own; a time lies outside the run.
     """
     composed = [[one.compose(registry, point.overrides) for one in contenders] for point in points]
     for problems in composed:
@@ -93,6 +99,8 @@ def compare(
     results: list[tuple[xr.Dataset, ...]] = []
     for problems in composed:
         record, runs = load_record(problems[0]), []
+        if times and not results:
+            _refuse_outside(times, prepare(problems[0], record))
         for problem in problems:
             runs.append(run_problem(problem, record=record))
             if progress is not None:
@@ -100,6 +108,15 @@ def compare(
         priced = priced or _priced(contenders, runs, repeats)
         results.append(tuple(result_dataset(done) for done in runs))
     return Comparison(composed[0][0].config.name or contenders[0].name, priced, tuple(points), tuple(results), repeats)
+
+
+def _refuse_outside(times: Sequence[float], prepared: Prepared) -> None:
+    first, last = float(prepared.steps.time[0]), float(prepared.steps.time[-1])
+    for at in times:
+        if not first - SAME <= at <= last + SAME:
+            raise UsageError(
+                f"--at {at:.10g} s lies outside the run", hint=f"the run goes from {first:.10g} to {last:.10g} s"
+            )
 
 
 def _priced(contenders: Sequence[Contender], runs: Sequence[Collected], repeats: int) -> tuple[Priced, ...]:

@@ -136,6 +136,14 @@ def test_what_cannot_be_compared_is_told(estimfw: Run, words: tuple[str, ...], h
     assert hint in told.err
 
 
+def test_an_instant_outside_of_the_run_is_refused_before_any_filter_runs(
+    estimfw: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("estimfw.run.compare.run_problem", lambda *_, **__: pytest.fail("the filter ran for nothing"))
+    told = estimfw("compare", STATIC[0], *SHORT, "--at", "0")
+    assert told.code == 2 and "from 1 to 20 s" in told.err
+
+
 def test_a_filter_with_a_record_of_its_own_is_refused_with_its_place(estimfw: Run) -> None:
     told = estimfw("compare", STATIC[0], "examples/lasergyro_12.yaml")
     assert told.code == 3
