@@ -19,6 +19,10 @@ SEVEN = (
     "policies=[sins_static.remove_coriolis, sins_static.bias_in_navigation_frame, sins_static.remove_vertical_channel, "
     "{kind: sins_static.prune_unobservable, protect: [attitude_error]}]"
 )
+TEN = (
+    "policies=[sins_static.constant_specific_force, sins_static.remove_coriolis, sins_static.bias_in_navigation_frame, "
+    "sins_static.remove_vertical_channel]"
+)
 TURN = Rotation.from_euler("ZXY", [25.0, 4.0, -6.0], degrees=True).as_matrix()
 UG = 9.80665e-6
 
@@ -113,3 +117,18 @@ def test_attitude_in_another_frame_has_the_found_covariance_turned_into_it() -> 
         assert block(turned, "attitude_error", other) == pytest.approx(expected, rel=1e-9, abs=1e-18)
     expected = C.T @ block(plain, "attitude_error", "attitude_error") @ C
     assert block(turned, "attitude_error", "attitude_error") == pytest.approx(expected, rel=1e-9, abs=1e-18)
+
+
+def test_a_quotient_gets_the_combination_of_what_was_found() -> None:
+    """A found level and the accelerometer bias that it is wrong by cancel in phi_E + a_N / g, which the filter then knows."""
+    ten, seven = (
+        prepared(TEN),
+        prepared(TEN.removesuffix("]") + ", {kind: sins_static.prune_unobservable, mode: quotient}]"),
+    )
+    quotient = seven.problem.model.quotient
+    assert quotient is not None
+    expected = quotient.T @ ten.prior[1] @ quotient.T.T
+    scale = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(seven.prior[1] / np.outer(scale, scale), expected / np.outer(scale, scale), atol=1e-12)
+    east = seven.plan.states.index("attitude_error[E]")
+    assert scale[east] < 0.1 * np.sqrt(ten.prior[1][ten.plan.states.index("attitude_error[E]")].max())

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from estimfw.errors import ConfigError
+from estimfw.policies.quotient import refuse_inexact
 from estimfw.run.answer import answer
 from estimfw.run.dataset import result_dataset
 from estimfw.run.run import run_problem
@@ -84,7 +85,7 @@ def test_the_quotient_gives_the_innovations_and_the_combined_attitude_of_the_who
     tilt: float, coriolis: bool, angles: tuple[float, float, float], pair: Pair, misaligned: Callable[..., str],
     quotient: Callable[..., FloatArray],
 ) -> None:  # fmt: skip
-    problems = pair(coriolis, misaligned(tilt), *attitude(*angles))
+    problems = pair(coriolis, misaligned(tilt), *attitude(*angles), "estimator.kernel=numba")
     ten, seven = (run_problem(p) for p in problems)
     T = quotient(problems[0].plan.states, problems[1].plan.states, problems[0].reference)
     assert ten.estimate.shape[0] == 600
@@ -101,7 +102,7 @@ def test_it_is_the_same_with_correlations_and_in_the_other_kernel(pair: Pair, mi
         "{between: ['attitude_error[E]', 'attitude_error[N]'], value: 0.4}",
         "{between: ['attitude_error[U]', 'velocity_error[E]'], value: -0.3}",
     )
-    own = (misaligned(10.0, -5.0, 8.0), f"prior.correlations=[{', '.join(entries)}]", "estimator.kernel=numba")
+    own = (misaligned(10.0, -5.0, 8.0), f"prior.correlations=[{', '.join(entries)}]", "estimator.kernel=numpy")
     ten, seven = (run_problem(p) for p in pair(True, *own))
     assert np.max(np.abs(seven.innovation - ten.innovation) / ten.innovation_sigma) < 1e-9
 
@@ -138,6 +139,14 @@ def test_a_result_says_what_each_state_and_each_output_stands_for(pair: Pair) ->
 def test_it_is_refused_where_the_plan_varies_saying_why(composed: Callable[..., Any]) -> None:
     with pytest.raises(ConfigError, match=r"time-invariant plan only.* needs C_bn, which is varying"):
         composed("static_12", policies(CONSTANT_FORCE, FLAT, QUOTIENT))
+
+
+def test_at_a_start_with_other_constants_it_is_refused(pair: Pair) -> None:
+    _, seven = pair(True)
+    turned = {**seven.reference, "C_bn": np.eye(3)[[1, 2, 0]]}
+    refuse_inexact(seven.model, turned)
+    with pytest.raises(ConfigError, match="not exact at this nominal, T F = F_r T does not hold"):
+        refuse_inexact(seven.model, {**seven.reference, "gravity": np.array(9.79)})
 
 
 def test_it_is_refused_before_other_policies(composed: Callable[..., Any]) -> None:
