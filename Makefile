@@ -30,6 +30,7 @@ demo: $(VENV)/.installed  ## The main job: the attitude of a standing vehicle fr
 	@echo "The numbers, for xarray:     results/demo/result.nc"
 	@echo "On your own IMU log:         $(BIN)/estimfw run examples/imu_log.yaml --set source.file=LOG --set '$(SITE)'"
 	@echo "12 states reduced to 7:      $(BIN)/estimfw explain examples/static_7.yaml"
+	@echo "... and what that costs:     $(BIN)/estimfw budget examples/static_7.yaml"
 
 test: $(VENV)/.installed-dev  ## The tests, without the long Monte Carlo
 	$(BIN)/python -m pytest -n 2 -m 'not slow'
@@ -49,8 +50,8 @@ schemas: $(VENV)/.installed  ## Write schemas/ anew
 	$(BIN)/estimfw schema --write schemas
 
 picture: $(VENV)/.installed  ## The picture of the README, made anew
-	$(BIN)/estimfw run examples/static_12.yaml --output results/static_12 --force
-	cp results/static_12/figures/outputs_attitude.png docs/static_12.png
+	$(BIN)/estimfw run examples/static_7.yaml --output results/static_7 --force
+	cp results/static_7/figures/output_errors_attitude.png docs/static_7.png
 
 clean:
 	rm -rf $(VENV) results .mypy_cache .ruff_cache .pytest_cache .hypothesis
