@@ -17,6 +17,7 @@ COUNTED = (
     "pattern of Phi and H (covariance symmetric, a component at a time, what varies made anew); 'as run' is the dense kernel. "
     "Times are of this machine."
 )
+MARKED = "Marked: an error beyond three honest σ; a filter's own σ that is more than 5 % below the honest one."
 
 
 def price_table(comparison: Comparison) -> Table:
@@ -76,7 +77,7 @@ def value_table(values: Sequence[Given]) -> Table:
         rows.append(_value_row(v, before, varied=varied, known=known, beside=beside))
         before = v
     numeric = frozenset(i for i, name in enumerate(head) if name not in {"varied", "output", "filter", "unit"})
-    return Table(head, tuple(rows), numeric)
+    return Table(head, tuple(rows), numeric, MARKED if any(cell.tone for row in rows for cell in row) else "")
 
 
 def _value_row(v: Given, before: Given | None, *, varied: bool, known: bool, beside: bool) -> tuple[Cell, ...]:
