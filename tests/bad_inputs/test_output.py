@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import signal
 import subprocess
@@ -42,7 +43,10 @@ def test_56_an_interrupted_run_exits_with_130_and_leaves_the_old_result_whole(
     before = digests(result)
     (result.parent / "long.yaml").write_text(tracker(*LONG))
     command = [sys.executable, "-m", "estimfw.cli.main", "run", "long.yaml", "-o", "out", "--no-report", "--force"]
-    with subprocess.Popen(command, cwd=result.parent, stderr=subprocess.PIPE, text=True) as process:
+    heard = functools.partial(
+        signal.signal, number, signal.SIG_DFL
+    )  # a shell in the background hands SIGINT on as ignored
+    with subprocess.Popen(command, cwd=result.parent, stderr=subprocess.PIPE, text=True, preexec_fn=heard) as process:
         deadline = time.monotonic() + 60.0
         while not (result / ".estimfw.lock").exists():
             assert process.poll() is None
