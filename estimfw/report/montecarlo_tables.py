@@ -44,7 +44,7 @@ def verdict_table(dataset: xr.Dataset, *, brief: bool = False) -> Table:
 
     ``brief`` leaves out single states and outputs that are consistent.
     """
-    head = ("", "figure", "verdict", "expected", "over time", "bounds", "at the end", "bounds at the end", "outside")
+    head = ("", "figure", "verdict", "expected", "over time", "bounds", "at the end", "its bounds", "outside")
     entries = json_attribute(dataset, "judged", [])
     shown = [e for e in entries if not (brief and e["consistent"] and e["kind"] in ("state", "output"))]
     hidden = len(entries) - len(shown)
@@ -66,9 +66,9 @@ def _verdict_row(entry: dict[str, Any]) -> tuple[Cell, ...]:
         Cell(entry["verdict"] + ("" if entry["checked"] else " (own)"), good),
         Cell(plain(entry["degrees_of_freedom"])),
         Cell(significant(whole["mean"], 4)),
-        Cell(f"{significant(whole['low'], 4)} to {significant(whole['high'], 4)}"),
+        Cell(f"{significant(whole['low'], 3)} to {significant(whole['high'], 3)}"),
         Cell(significant(end["mean"], 4) if end else UNKNOWN),
-        Cell(f"{significant(end['low'], 4)} to {significant(end['high'], 4)}" if end else UNKNOWN),
+        Cell(f"{significant(end['low'], 3)} to {significant(end['high'], 3)}" if end else UNKNOWN),
         Cell(f"{100 * outside:.0f} %" if outside == outside else UNKNOWN),
     )
 
