@@ -170,7 +170,7 @@ def _reference(
     for frame, angle in getattr(source, "turn_angles", {}).items():
         reference[turn_name(frame)] = np.array(float(angle))
     for variable in derived:
-        if all(need in reference for need in variable.needs):
+        if all(need in reference for need in variable.reads):
             reference[variable.name] = derived_value(variable, reference, ())
     return reference
 

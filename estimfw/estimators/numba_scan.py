@@ -12,6 +12,7 @@ from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterSt
 from estimfw.kernels import joseph, ud
 from estimfw.kernels.generated import compiled_scan_for
 from estimfw.model.nominal import BoundProvider
+from estimfw.plan.completion import completion
 from estimfw.plan.lowering import Lowered
 from estimfw.plan.plan import Plan
 
@@ -21,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 
 class NumbaScan:
-    """As `estimfw.estimators.numpy_scan.NumpyScan`, for plans without derived variables in their dynamics."""
+    """As `estimfw.estimators.numpy_scan.NumpyScan`, for plans whose derived variables have compiled twins."""
 
     name = "numba"
 
@@ -35,7 +36,9 @@ class NumbaScan:
     ) -> None:
         self.plan, self.provider, self.settings = plan, provider, settings
         self.doublings = SubSteps(plan, initial_row)
-        self.scan = compiled_scan_for(provider.compiled if provider is not None else None)
+        completed = completion(plan)
+        self.width = completed.size
+        self.scan = compiled_scan_for(provider.compiled if provider is not None else None, completed)
         kernel = ud if settings.covariance == "ud" else joseph
         self.prior = (np.ascontiguousarray(prior[0], dtype=float), np.ascontiguousarray(kernel.factor(prior[1])))
         self.params = provider.params if provider is not None else np.zeros(1)
@@ -86,7 +89,8 @@ class NumbaScan:
             disposition=np.full((steps, many), -1, dtype=np.int64),
             used=np.zeros((steps, many), dtype=np.int64),
         )
-        x, form, provider, row = (np.array(a, order="C") for a in (state.x, state.form, state.provider, state.row))
+        x, form, provider = (np.array(a, order="C") for a in (state.x, state.form, state.provider))
+        row = np.concatenate([state.row, np.zeros(self.width - state.row.shape[0])])
         d = self.plan.discretisation
         lengths, which = np.unique(chunk.dt, return_inverse=True)
         doublings = np.array([self.doublings(float(dt)) for dt in lengths], dtype=np.int64)[which]
@@ -110,7 +114,7 @@ class NumbaScan:
         )  # fmt: skip
         if wrong >= 0:
             result.estimate[wrong + 1 :] = result.covariance[wrong + 1 :] = result.rows[wrong + 1 :] = np.nan
-        return FilterState(x, form, provider, row), result
+        return FilterState(x, form, provider, row[: self.plan.layout.provided]), result
 
     def _process(self) -> tuple[Any, ...]:
         plan, n = self.plan, len(self.plan.states)

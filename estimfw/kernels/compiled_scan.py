@@ -1,7 +1,7 @@
 """A whole chunk of steps in one compiled loop: provider, coefficients, prediction, updates, correction.
 
-The line marked *provider* is replaced when code for another provider is generated (`estimfw.kernels.generated`); as it
-stands this module is the scan of a model without one.
+The line marked *provider* is replaced when code for another provider is generated, and so is `compiled_derived`
+(`estimfw.kernels.generated`); as it stands this module is the scan of a model without provider and derived variables.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from estimfw.kernels.compiled_derived import complete_end, complete_process
 from estimfw.kernels.compiled_products import evaluate
 from estimfw.kernels.compiled_recursions import covariance
 from estimfw.kernels.compiled_steps import fuse_due, fusion_space, predict, prediction_space
@@ -38,7 +39,7 @@ def scan(
 ):
     """Run the steps of a chunk in place; returns the index of the first step that went wrong, -1 if none.
 
-    ``row``: the nominal before the chunk, and at its end.
+    ``row``: the nominal before the chunk, and at its end; derived variables and work space stand behind what is provided.
     ``chunk``: samples, dt, restart, inputs, readings, due, interval. ``process`` and ``reads``: see `predict` and `fuse_due`.
     ``measurements``: offsets, R (rows, most rows), density, sign, thresholds, gated. ``method``: exact, orders of Phi and Q.
     ``options``: ud, closed loop, steady. ``correction``: (entry, constant, factors) of it, which states it takes, its rows.
@@ -51,6 +52,8 @@ def scan(
     corrected, width = correction[3], correction[4]
     delta, C = np.zeros(width), np.zeros(width * n)
     correcting = np.any(corrected)
+    provided = rows_out.shape[1]
+    complete_end(row)
     process_row = row.copy()
     predicting = prediction_space(n, inputs.shape[1], process[-1].shape[0])
     fusing = fusion_space(n, offsets[-1], max(1, R.shape[1]))
@@ -62,10 +65,13 @@ def scan(
                 correct(provider, delta, params)
             x[:] = x0
             form[:, :] = form0
-        step(provider, samples[k], params, process_row, row)
+        step(provider, samples[k], params, process_row[:provided], row[:provided])
+        complete_end(row)
         dt = dts[k]
         if dt > 0.0:
             stale = not steady or dt != last_dt
+            if stale:
+                complete_process(process_row)
             predict(x, form, ud, process_row, inputs[k], dt, doublings[k], stale, process, method, predicting)
             last_dt = dt
         found = (innovations[k], sigmas[k], nises[k], dispositions[k], useds[k])
@@ -74,7 +80,7 @@ def scan(
         )  # fmt: skip
         estimates[k] = x
         covariance(form, ud, covariances[k])
-        rows_out[k] = row
+        rows_out[k] = row[:provided]
         providers[k] = provider
         if not np.all(np.isfinite(x)):
             return k

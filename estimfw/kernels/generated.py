@@ -1,10 +1,10 @@
 """Compiled scans, generated for the provider of a plugin and cached on disk.
 
-Modules are written into the cache folder: those of the kernels, and `compiled_scan` with the provider's own compiled ``step``
-and ``correct`` in its import line. Their names are hashes of everything they are made of (their text with the names of those
-that they import, the constants that they take over, the provider's module, the versions of Python, numpy and numba), so a stale
-one is never met. numba keeps machine code beside them; it is used only while its checksums, noted when it was made, still hold.
-What is damaged is made anew.
+Modules are written into the cache folder: those of the kernels, `compiled_derived` with the twins of the plan's derived
+variables, and `compiled_scan` with the provider's own compiled ``step`` and ``correct`` in its import line. Their names are
+hashes of everything they are made of (their text with the names of those that they import, the constants that they take over,
+the modules of plugins, the versions of Python, numpy and numba), so a stale one is never met. numba keeps machine code beside
+them; it is used only while its checksums, noted when it was made, still hold. What is damaged is made anew.
 """
 
 from __future__ import annotations
@@ -24,13 +24,15 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from estimfw.kernels.completion import NOTHING, Completion, completion_text
 from estimfw.model.nominal import CompiledScan
 
 __all__ = ["cache_folder", "compiled_scan_for"]
 
 #: What is generated, each module behind those that it imports; the last is the scan, which has the provider's line.
 MODULES = (
-    "compiled_products", "compiled_discretise", "compiled_recursions", "compiled_fuse", "compiled_steps", "compiled_scan",
+    "compiled_products", "compiled_discretise", "compiled_recursions", "compiled_fuse", "compiled_steps", "compiled_derived",
+    "compiled_scan",
 )  # fmt: skip
 #: Modules whose constants numba freezes into those.
 CONSTANTS = ("fuse", "ud")
@@ -59,20 +61,21 @@ def _temporary() -> Path:
     return folder
 
 
-def compiled_scan_for(provider: CompiledScan | None) -> Callable[..., Any]:
-    """The ``scan`` function with this provider's step compiled in (None: without a provider)."""
+def compiled_scan_for(provider: CompiledScan | None, completion: Completion = NOTHING) -> Callable[..., Any]:
+    """The ``scan`` function with this provider's step (None: without a provider) and derived variables compiled in."""
     provider = provider or NO_PROVIDER
     root = cache_folder()
-    modules = [_load(root, name, text) for name, text in _texts(provider)]
-    made: Callable[..., Any] = modules[-1].__dict__.setdefault("checked", _Checked(modules, provider))
+    modules = [_load(root, name, text) for name, text in _texts(provider, completion)]
+    foreign = [(provider.module, provider.step), (provider.module, provider.correct), *_twins(completion)]
+    made: Callable[..., Any] = modules[-1].__dict__.setdefault("checked", _Checked(modules, foreign))
     return made
 
 
 class _Checked:
     """A scan that notes the checksums of its machine code on disk as often as some was made."""
 
-    def __init__(self, modules: list[ModuleType], provider: CompiledScan) -> None:
-        self.modules, self.provider, self.scan, self.known = modules, provider, modules[-1].scan, 0
+    def __init__(self, modules: list[ModuleType], foreign: list[tuple[str, str]]) -> None:
+        self.modules, self.foreign, self.scan, self.known = modules, foreign, modules[-1].scan, 0
 
     def __call__(self, *args: Any) -> Any:
         try:
@@ -80,7 +83,7 @@ class _Checked:
         except Exception:
             if self.known:
                 raise
-            _discard(self.provider)
+            _discard(self.foreign)
             result = self.scan(*args)
         if self.known != len(self.scan.overloads):
             self.known = len(self.scan.overloads)
@@ -89,33 +92,42 @@ class _Checked:
         return result
 
 
-def _discard(provider: CompiledScan) -> None:
-    """numba's cache of the provider's module lies beside that module, without checksums: where it may be damaged, it goes."""
-    module = importlib.import_module(provider.module)
-    for name in (provider.step, provider.correct):
-        folder = getattr(module, name).stats.cache_path
-        for path in Path(folder).glob(f"{provider.module.rpartition('.')[2]}.*.nb[ic]") if folder else ():
+def _discard(foreign: list[tuple[str, str]]) -> None:
+    """numba's cache of a plugin's module lies beside that module, without checksums: where it may be damaged, it goes."""
+    for module, name in foreign:
+        folder = getattr(importlib.import_module(module), name).stats.cache_path
+        for path in Path(folder).glob(f"{module.rpartition('.')[2]}.*.nb[ic]") if folder else ():
             path.unlink(missing_ok=True)
 
 
-def _texts(provider: CompiledScan) -> list[tuple[str, str]]:
+def _twins(completion: Completion) -> list[tuple[str, str]]:
+    return list(dict.fromkeys((c.module, c.name) for c in (*completion.process, *completion.end)))
+
+
+def _texts(provider: CompiledScan, completion: Completion = NOTHING) -> list[tuple[str, str]]:
     """Name and text of each module, in the order in which they are imported."""
     import numba
     import numpy as np
 
     shared = [*map(_source, CONSTANTS), numba.__version__, np.__version__, sys.version]
-    spec = importlib.util.find_spec(provider.module)
-    origin = Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin is not None else ""
     line = f"from {provider.module} import {provider.correct} as correct, {provider.step} as step"
     made: dict[str, tuple[str, str]] = {}
     for module in MODULES:
-        text = _source(module)
+        derived = module == "compiled_derived" and completion != NOTHING
+        text = completion_text(completion) if derived else _source(module)
+        own = [_origin(name) for name in dict.fromkeys(name for name, _ in _twins(completion))] if derived else []
         for earlier, (name, _) in made.items():
             text = text.replace(f"from estimfw.kernels.{earlier} import", f"from {name} import")
         if module == MODULES[-1]:
-            text, shared = text.replace(PROVIDER_LINE, line), [*shared, origin]
-        made[module] = f"estimfw_{module}_{_hash([text, *shared])}", text
+            text, own = text.replace(PROVIDER_LINE, line), [_origin(provider.module)]
+        made[module] = f"estimfw_{module}_{_hash([text, *shared, *own])}", text
     return list(made.values())
+
+
+def _origin(module: str) -> str:
+    """The text of a plugin's module."""
+    spec = importlib.util.find_spec(module)
+    return Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin is not None else ""
 
 
 def _source(module: str) -> str:

@@ -11,7 +11,7 @@ from estimfw.errors import ConfigError
 from estimfw.model.coefficient import identity
 from estimfw.model.frame import Frame
 from estimfw.model.model import Model, Source
-from estimfw.model.parts import BlockParts, KnownInput, Measurement, ProcessParts, StateBlock
+from estimfw.model.parts import BlockParts, DerivedVariable, KnownInput, Measurement, ProcessParts, StateBlock
 from estimfw.model.prior import Prior, check_covariance
 from estimfw.spelling import did_you_mean
 
@@ -42,7 +42,11 @@ def build_model(
     terms = [t for b in blocks for t in b.terms] + [t for p in process for t in p.terms]
     noises = [n for b in blocks for n in b.noises] + [n for p in process for n in p.noises]
     frames = _unique_frames([f for b in blocks for f in b.frames] + [f for p in process for f in p.frames])
-    derived = {d.name: d for b in blocks for d in b.derived} | {d.name: d for p in process for d in p.derived}
+    derived = _unique_derived(
+        [d for b in blocks for d in b.derived]
+        + [d for p in process for d in p.derived]
+        + [d for m in measurements for d in m.derived]
+    )
     sources = [b.block.name for b in blocks] + [n.name for n in noises] + [k.name for k in inputs]
     _refuse_twice(sources, "block, noise or input")
     _refuse_twice([t.label for t in terms], "process term")
@@ -57,7 +61,7 @@ def build_model(
         measurements=tuple(measurements),
         prior=_prior(blocks, correlations or {}),
         outputs=tuple(o for b in blocks for o in b.outputs),
-        derived=tuple(derived.values()),
+        derived=derived,
     )
     _check_frames(model)
     _check_shapes(model)
@@ -77,6 +81,18 @@ def _unique_frames(frames: Iterable[Frame]) -> tuple[Frame, ...]:
         if known.setdefault(frame.name, frame) != frame:
             raise ConfigError(
                 f"frame {frame.name!r} is defined twice, differently", hint=f"{known[frame.name]} and {frame}"
+            )
+    return tuple(known.values())
+
+
+def _unique_derived(derived: Iterable[DerivedVariable]) -> tuple[DerivedVariable, ...]:
+    """Each once, as several measurements may bring the same."""
+    known: dict[str, DerivedVariable] = {}
+    for variable in derived:
+        if known.setdefault(variable.name, variable) != variable:
+            raise ConfigError(
+                f"the derived variable {variable.name!r} is defined twice, differently",
+                hint="two parts brought it: give each its own name, such as that of the measurement before it",
             )
     return tuple(known.values())
 

@@ -15,12 +15,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimfw.errors import PluginError
-from estimfw.model.coefficient import Coefficient
+from estimfw.model.coefficient import Coefficient, constant
 from estimfw.model.polynomial import Factor, Polynomial, canonical
 
-__all__ = ["DerivedVariable", "HeldArgument", "derived_value", "held_variables"]
+__all__ = ["CompiledFunction", "DerivedVariable", "HeldArgument", "derived_value", "held_variables"]
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class CompiledFunction:
+    """Where the numba twin of a derived variable's function lives, so that generated code can call it inside the scan.
+
+    ``module`` is importable and stands alone (code cached for it is made anew when its text changes, not when that of what it
+    imports does). ``name`` is an ``@njit(cache=True)`` function of one flat float64 array (C order) for each of ``needs``, in
+    their order, and a last one for the value, in which it writes: ``range_to(position, beacon, out)``.
+    """
+
+    module: str
+    name: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +47,15 @@ class HeldArgument:
     shape: tuple[int, ...]
     value: Coefficient
 
+    @classmethod
+    def of(cls, name: str, numbers: ArrayLike) -> HeldArgument:
+        """A setting as an argument: the place of a beacon, a table of a calibration."""
+        array = np.asarray(numbers, dtype=float)
+        return cls(name, array.shape, constant(array.reshape(-1, 1)))
+
+    def substituted(self, known: Mapping[Factor, Polynomial]) -> HeldArgument:
+        return replace(self, value=self.value.substitute(dict(known)))
+
     def evaluate(self, values: Mapping[str, ArrayLike], leading: tuple[int, ...]) -> FloatArray:
         """The argument (..., *shape)."""
         scalars = self.value.evaluate(values)[..., 0]
@@ -45,7 +67,8 @@ class DerivedVariable:
     """A variable computed from others by a plugin's module-level function on arrays with leading axes.
 
     ``function(**{name: array for name in needs}) -> array`` of ``shape`` behind the leading axes. ``held`` are those of
-    ``needs`` that a policy holds.
+    ``needs`` that are settings (`HeldArgument.of`), or that a policy holds. Without ``compiled``, a numba twin that gives the
+    same value, a filter that needs the variable in its loop runs in NumPy, which is slower, and says so.
     """
 
     name: str
@@ -55,6 +78,7 @@ class DerivedVariable:
     unit: str = ""
     latex: str = ""
     held: tuple[HeldArgument, ...] = ()
+    compiled: CompiledFunction | None = None
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -102,9 +126,10 @@ def held_variables(
     known: dict[Factor, Polynomial] = dict(fixed)
     twins: list[DerivedVariable] = []
     for d in derived:
-        names = {name for name, _ in known}
-        held = tuple(_held(need, known) for need in d.needs if need in names)
-        if not held or d.name in names:
+        names, settings = {name for name, _ in known}, {h.name for h in d.held}
+        own = tuple(h.substituted(known) for h in d.held)
+        held = (*own, *(_held(need, known) for need in d.needs if need in names - settings))
+        if held == d.held or d.name in names:
             continue
         twin = replace(d, name=f"fixed.{d.name}", latex="", held=held)
         if twin.reads:

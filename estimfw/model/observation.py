@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from estimfw.model.coefficient import Coefficient
+from estimfw.model.derived import DerivedVariable
 from estimfw.model.dynamics import axis_labels
 
 __all__ = ["Measurement", "MeasurementTerm", "Output"]
@@ -53,6 +54,8 @@ class Measurement:
     perfect : bool
         R = 0 is meant.
     text : str
+    derived : tuple of DerivedVariable
+        What innovation and coefficients read that is no sum of products of the nominal: a range, a direction.
     """
 
     name: str
@@ -70,6 +73,7 @@ class Measurement:
     every: float | None = None
     perfect: bool = False
     text: str = ""
+    derived: tuple[DerivedVariable, ...] = ()
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from estimfw.model.derived import DerivedVariable
+from estimfw.model.derived import CompiledFunction, DerivedVariable, HeldArgument
 from estimfw.model.dynamics import KnownInput, NoiseInput, ProcessTerm, StateBlock
 from estimfw.model.frame import Frame
 from estimfw.model.observation import Measurement, MeasurementTerm, Output
 
 __all__ = [
     "BlockParts",
+    "CompiledFunction",
     "DerivedVariable",
+    "HeldArgument",
     "KnownInput",
     "Measurement",
     "MeasurementTerm",

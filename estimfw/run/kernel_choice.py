@@ -13,6 +13,7 @@ from estimfw.errors import ConfigError
 from estimfw.estimators.numpy_scan import NumpyScan
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps
 from estimfw.model.nominal import BoundProvider
+from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import Plan
 
 __all__ = ["Scan", "chosen_scan", "slow_kernel_events"]
@@ -85,11 +86,5 @@ def _plain_python(plan: Plan, bound: BoundProvider | None) -> str:
     """What in the loop has no compiled form; empty if all has."""
     if bound is not None and bound.compiled is None:
         return "the nominal provider has no compiled step"
-    names = sorted(_derived_in_loop(plan))
+    names = sorted(d.name for d in derived_in_loop(plan) if d.compiled is None)
     return f"the derived variable {names[0]} is plain Python" if names else ""
-
-
-def _derived_in_loop(plan: Plan) -> set[str]:
-    tables = [plan.F, plan.D, plan.B, plan.correction, *(t for m in plan.measurements for t in (m.H, m.innovation))]
-    used = {position for table in tables for _, _, factors in table.monomials for position in factors}
-    return {d.name for d in plan.layout.derived if used & set(plan.layout.places(d.name))}

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from estimfw.kernels import completion as derived
 from estimfw.kernels import generated
 from estimfw.model.nominal import CompiledScan
 
@@ -181,3 +182,40 @@ def test_a_cache_that_cannot_be_written_is_replaced_by_a_private_one(
     assert found.is_dir() and found != folder / "in_the_way"
     assert found.stat().st_mode & 0o077 == 0
     assert run() == (6.0, 1)
+
+
+DERIVED_SCAN = SCAN.replace(
+    "from estimfw.kernels.compiled_products import tripled",
+    "from estimfw.kernels.compiled_derived import complete_end\nfrom estimfw.kernels.compiled_products import tripled",
+).replace("    step(", "    complete_end(values)\n    step(")
+TWIN = """
+from numba import njit
+
+@njit(cache=True)
+def doubled(x, out):
+    out[0] = 2.0 * x[0]
+"""
+
+
+def test_twins_of_derived_variables_are_compiled_in_and_their_changes_are_seen(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(generated, "MODULES", ("compiled_products", "compiled_derived", "compiled_scan"))
+    monkeypatch.syspath_prepend(str(folder))
+    (folder / "compiled_scan.py").write_text(DERIVED_SCAN)
+    source = folder / "made_up_provider_twin.py"
+    source.write_text(TWIN)
+    importlib.invalidate_caches()
+    # row[1] = row[0] + 0.5 row[0]^2 is held in work space; the twin of it is written over row[0].
+    call = derived.Call("made_up_provider_twin", "doubled", ((1, 2),), (0, 1), ((1, ((1.0, (0,)), (0.5, (0, 0)))),))
+    completion = derived.Completion((), (call,), 2)
+
+    def run_completed() -> float:
+        forget()
+        row = np.array([2.0, 0.0])
+        return float(generated.compiled_scan_for(None, completion)(row))
+
+    assert run_completed() == 3.0 * 2.0 * (2.0 + 0.5 * 4.0)
+    source.write_text(TWIN.replace("2.0", "5.0"))
+    importlib.invalidate_caches()
+    assert run_completed() == 3.0 * 5.0 * 4.0
