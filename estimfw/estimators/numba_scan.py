@@ -88,6 +88,7 @@ class NumbaScan:
             nis=np.full((steps, many), np.nan),
             disposition=np.full((steps, many), -1, dtype=np.int64),
             used=np.zeros((steps, many), dtype=np.int64),
+            log_det=np.full((steps, many), np.nan),
         )
         x, form, provider = (np.array(a, order="C") for a in (state.x, state.form, state.provider))
         row = np.concatenate([state.row, np.zeros(self.width - state.row.shape[0])])
@@ -109,7 +110,7 @@ class NumbaScan:
             self.prior, self.correction,
             (
                 result.estimate, result.covariance, result.rows, result.provider, result.innovation, result.sigma, result.nis,
-                result.disposition, result.used,
+                result.disposition, result.used, result.log_det,
             ),
         )  # fmt: skip
         if wrong >= 0:

@@ -76,6 +76,7 @@ class NumpyScan:
             nis=np.full((steps, many), np.nan),
             disposition=np.full((steps, many), -1, dtype=np.int64),
             used=np.zeros((steps, many), dtype=np.int64),
+            log_det=np.full((steps, many), np.nan),
         )
         for k in range(steps):
             state = self._step(state, chunk, k, result)
@@ -142,4 +143,5 @@ class NumpyScan:
         done = fuse.fuse(self.kernel, x, form, z, m.H.evaluate(row), R, self.thresholds[j])
         result.innovation[k, own], result.sigma[k, own] = done.innovation, done.sigma
         result.nis[k, j], result.disposition[k, j], result.used[k, j] = done.nis, done.disposition, done.used
+        result.log_det[k, j] = done.log_det
         return done.x, done.form, bool(done.disposition == fuse.FUSED)

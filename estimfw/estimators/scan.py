@@ -74,7 +74,8 @@ class ChunkResult:
 
     ``estimate`` (K, n) and ``covariance`` (K, n, n) after the updates of a step and *before* a correction of the provider;
     ``rows`` (K, provided) the nominal at the end of the step and ``provider`` (K, n_state) the provider's state there, before
-    it too. ``disposition`` (K, measurements) is -1 where none was due.
+    it too. ``disposition`` (K, measurements) is -1 where none was due. ``log_det`` (K, measurements) is ln det S of what was
+    fused, NaN else: with the NIS it makes the likelihood of a measurement, -2 ln p = NIS + ln det S + m ln 2 pi.
     """
 
     estimate: FloatArray
@@ -86,6 +87,7 @@ class ChunkResult:
     nis: FloatArray
     disposition: IntArray
     used: IntArray
+    log_det: FloatArray
 
 
 def row_offsets(plan: Plan) -> list[int]:

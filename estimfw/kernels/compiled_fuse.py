@@ -14,7 +14,7 @@ from estimfw.kernels.fuse import FUSED, GATED, INVALID, MISSING, SINGULAR
 
 @njit(cache=True)
 def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, usable, x_before, before, K, w1):
-    """One vector measurement in place; returns NIS, disposition and the number of fused components.
+    """One vector measurement in place; returns NIS, disposition, number of fused components and ln det S.
 
     ``A`` (m, m) and ``rows`` (m, n + 1) hold at least one measurement; ``x_before`` (n,) and ``before`` (n, n) are for what a
     refused one must leave as it was.
@@ -33,7 +33,7 @@ def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, us
             innovation[a] = t
             sigma[a] = np.sqrt(abs(innovation_variance(form, ud, H[a], R[a, a])))
     if used == 0:
-        return np.nan, MISSING, 0
+        return np.nan, MISSING, 0, np.nan
     x_before[:] = x
     before[:, :] = form
     for a in range(m):
@@ -44,7 +44,7 @@ def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, us
             rows[a, i] = H[a, i] if usable[a] else 0.0
         rows[a, n] = z[a] if usable[a] else 0.0
     decorrelate(A, rows, m)
-    nis, singular = 0.0, False
+    nis, log_det, singular = 0.0, 0.0, False
     for a in range(m):
         if not usable[a]:
             continue
@@ -58,13 +58,14 @@ def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, us
             singular = True
             continue
         nis += t * t / s
+        log_det += np.log(s)
         for i in range(n):
             x[i] += K[i] * t
     if singular or (gated and nis > thresholds[used]):
         x[:] = x_before
         form[:, :] = before
-        return nis, INVALID if singular else GATED, 0
-    return nis, FUSED, used
+        return nis, INVALID if singular else GATED, 0, np.nan
+    return nis, FUSED, used, log_det
 
 
 @njit(cache=True)

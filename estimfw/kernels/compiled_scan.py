@@ -47,7 +47,7 @@ def scan(
     samples, dts, restart, inputs, readings, due, interval = chunk
     ud, closed, steady = options
     x0, form0 = prior
-    estimates, covariances, rows_out, providers, innovations, sigmas, nises, dispositions, useds = out
+    estimates, covariances, rows_out, providers, innovations, sigmas, nises, dispositions, useds, log_dets = out
     n, offsets, R = x.shape[0], measurements[0], measurements[1]
     corrected, width = correction[3], correction[4]
     delta, C = np.zeros(width), np.zeros(width * n)
@@ -74,7 +74,7 @@ def scan(
                 complete_process(process_row)
             predict(x, form, ud, process_row, inputs[k], dt, doublings[k], stale, process, method, predicting)
             last_dt = dt
-        found = (innovations[k], sigmas[k], nises[k], dispositions[k], useds[k])
+        found = (innovations[k], sigmas[k], nises[k], dispositions[k], useds[k], log_dets[k])
         any_fused = fuse_due(
             x, form, ud, row, readings[k], due[k], interval[k], reads, measurements, found, fusing
         )  # fmt: skip

@@ -74,11 +74,11 @@ def fuse_due(x, form, ud, row, readings, due, interval, reads, measurements, fou
     """All that is due at the end of a step, in place; returns whether anything was fused.
 
     ``reads``: (entry, constant, factors) of H and of the nominal's part of z, all rows stacked. ``found``: innovation, sigma,
-    NIS, disposition and number of fused components.
+    NIS, disposition, number of fused components and ln det S.
     """
     He, Hc, Hf, Ie, Ic, If = reads
     offsets, R_all, density, sign, thresholds, gated = measurements
-    innovation, sigma, nis, disposition, used = found
+    innovation, sigma, nis, disposition, used, log_det = found
     H_flat, nominal, A, rows, usable, x_before, before, K, w1 = space
     total, n = offsets[-1], x.shape[0]
     any_fused = False
@@ -92,7 +92,7 @@ def fuse_due(x, form, ud, row, readings, due, interval, reads, measurements, fou
         lo, hi = offsets[m], offsets[m + 1]
         z = nominal[lo:hi] + sign[m] * readings[lo:hi]
         R = R_all[lo:hi, : hi - lo] / (interval[m] if density[m] else 1.0)
-        nis[m], disposition[m], used[m] = fuse(
+        nis[m], disposition[m], used[m], log_det[m] = fuse(
             x, form, ud, z, H[lo:hi], R, thresholds[m], gated[m],
             innovation[lo:hi], sigma[lo:hi], A, rows, usable, x_before, before, K, w1,
         )  # fmt: skip

@@ -26,7 +26,10 @@ SINGULAR = 1e-13
 
 @dataclass(frozen=True, slots=True)
 class Fused:
-    """What became of a measurement: new state, innovation (NaN where masked), its sigma, NIS, disposition, components."""
+    """What became of a measurement: new state, innovation (NaN where masked), its sigma, NIS, disposition, components.
+
+    ``log_det`` is ln det S over the fused components, NaN where nothing was fused.
+    """
 
     x: FloatArray
     form: FloatArray
@@ -35,6 +38,7 @@ class Fused:
     nis: FloatArray
     disposition: IntArray
     used: IntArray
+    log_det: FloatArray
 
 
 def decorrelate(R: FloatArray, *others: FloatArray) -> tuple[FloatArray, ...]:
@@ -83,7 +87,7 @@ def fuse(
     masked_R = np.where(pair, R, np.where(np.eye(z.shape[-1], dtype=bool), 1.0, 0.0))
     nu = masked_z - np.einsum("...ij,...j->...i", masked_H, x)
     variance = np.einsum("...ii->...i", kernel.projected(form, masked_H) + masked_R)
-    new_x, new_form, nis, singular = _in_sequence(kernel, x, form, masked_z, masked_H, masked_R, variance)
+    new_x, new_form, nis, log_det, singular = _in_sequence(kernel, x, form, masked_z, masked_H, masked_R, variance)
     disposition = np.where(used == 0, MISSING, np.where(singular, INVALID, FUSED))
     if thresholds is not None:
         disposition = np.where((disposition == FUSED) & (nis > thresholds[used]), GATED, disposition)
@@ -96,6 +100,7 @@ def fuse(
         np.where(used == 0, np.nan, nis),
         disposition,
         np.where(fused, used, 0),
+        np.where(fused, log_det, np.nan),
     )
 
 
@@ -107,14 +112,15 @@ def _in_sequence(
     H: FloatArray,
     R: FloatArray,
     variance: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """The scalars one after the other: new state, NIS, and whether some innovation variance is not to be trusted.
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+    """The scalars one after the other: new state, NIS, ln det S, and whether some innovation variance is not to be trusted.
 
-    The variance of a scalar given those before it is a pivot of S, so the NIS is the sum over scalars and no S need be
-    inverted. A variance far below that of its row may be a rounding, unless the row's own noise is in it.
+    The variance of a scalar given those before it is a pivot of S, so the NIS is the sum over scalars, det S the product of
+    their variances, and no S need be inverted. A variance far below that of its row may be a rounding, unless the row's own
+    noise is in it.
     """
     r, rows = decorrelate(R, np.concatenate([H, z[..., None]], axis=-1))
-    nis = np.zeros(x.shape[:-1])
+    nis, log_det = np.zeros(x.shape[:-1]), np.zeros(x.shape[:-1])
     singular = np.zeros(x.shape[:-1], dtype=bool)
     for i in range(z.shape[-1]):
         h = rows[..., i, :-1]
@@ -124,5 +130,6 @@ def _in_sequence(
         singular = singular | ~good
         t = rows[..., i, -1] - np.einsum("...i,...i->...", h, x)
         nis = nis + np.where(good, t**2 / np.where(good, s, 1.0), 0.0)
+        log_det = log_det + np.log(np.where(good, s, 1.0))
         x = x + K * t[..., None]
-    return x, form, nis, singular
+    return x, form, nis, log_det, singular

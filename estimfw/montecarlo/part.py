@@ -126,7 +126,7 @@ def _flat_result(done: Filtered) -> ChunkResult:
     return ChunkResult(
         estimate=done.estimate.reshape(runs * instants, n),
         covariance=done.covariance.reshape(runs * instants, n, n),
-        rows=none, provider=none, innovation=none, sigma=none, nis=none, disposition=nothing, used=nothing,
+        rows=none, provider=none, innovation=none, sigma=none, nis=none, disposition=nothing, used=nothing, log_det=none,
     )  # fmt: skip
 
 

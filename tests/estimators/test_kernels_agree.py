@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
 from estimfw.estimators.scan import ChunkResult
+from estimfw.kernels.fuse import FUSED
 from estimfw.run.load import load_record
 from estimfw.run.prepare import make_chunk, prepare
 
@@ -62,6 +63,8 @@ def test_compiled_and_numpy_kernels_agree(example: Example, case: str) -> None:
     np.testing.assert_allclose(numpy.sigma, numba.sigma, rtol=1e-9)
     assert np.nanmax(np.abs(numpy.innovation - numba.innovation) / numpy.sigma) < 1e-9
     np.testing.assert_allclose(numpy.nis, numba.nis, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(numpy.log_det, numba.log_det, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(np.isfinite(numpy.log_det), numpy.disposition == FUSED)
 
 
 def test_the_closed_loop_case_gates_and_corrects(example: Example) -> None:

@@ -41,6 +41,27 @@ def test_a_component_that_is_no_number_is_skipped_and_the_rest_fused(
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("usable", [[0, 1, 2], [0, 2], [1]])
+def test_log_det_is_that_of_the_innovation_covariance_of_what_was_fused(kernel: ModuleType, usable: list[int]) -> None:
+    z = np.full(3, np.nan)
+    z[usable] = Z[usable]
+    sign, expected = np.linalg.slogdet((H @ P @ H.T + R)[np.ix_(usable, usable)])
+    done = fuse(kernel, X, kernel.factor(P), z, H, R, None)
+    assert sign == 1.0
+    assert done.log_det == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_log_det_is_unknown_where_nothing_was_fused(kernel: ModuleType) -> None:
+    form = kernel.factor(P)
+    gated = fuse(kernel, X, form, Z, H, R, np.full(4, 1e-9))
+    missing = fuse(kernel, X, form, np.full(3, np.nan), H, R, None)
+    invalid = fuse(kernel, X, kernel.factor(np.zeros((3, 3))), Z, H, np.zeros((3, 3)), None)
+    assert [int(d.disposition) for d in (gated, missing, invalid)] == [GATED, MISSING, INVALID]
+    assert all(np.isnan(d.log_det) for d in (gated, missing, invalid))
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
 def test_nothing_usable_is_missing_and_changes_nothing(kernel: ModuleType) -> None:
     form = kernel.factor(P)
     done = fuse(kernel, X, form, np.full(3, np.nan), H, R, np.zeros(4))
