@@ -20,11 +20,11 @@ __all__ = ["command"]
 def command(config: Path, overrides: tuple[str, ...], as_json: bool, output: Path, kind: str, force: bool) -> None:
     """Write the streams of CONFIG's source, one file a stream, and the truth as truth.npz."""
     from estimfw.run.files import output_folder
-    from estimfw.run.load import load_record
+    from estimfw.run.load import source_record
     from estimfw.run.record_file import write_record
 
     problem = open_problem(config, overrides)
-    record = load_record(problem)
+    record = source_record(problem)
     with output_folder(output, force=force):
         written = write_record(record, output, kind, force=force)
     if as_json:

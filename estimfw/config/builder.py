@@ -90,5 +90,5 @@ class Builder:
 
 def _what(path: Path) -> str:
     """``source``, ``measurement 'fix'``: what stands at a path, for people."""
-    section = str(path[0]).removesuffix("s") if str(path[0]) != "process" else "process"
+    section = str(path[0]) if str(path[0]).endswith("process") else str(path[0]).removesuffix("s")
     return f"{section} {str(path[1])!r}" if len(path) > 1 else section.replace("_", " ")

@@ -21,6 +21,7 @@ from estimfw.config.generic.values import STATE_BYTES
 from estimfw.config.model_context import ModelContext
 from estimfw.config.truth import Truth, own_truth
 from estimfw.config.validate import validate
+from estimfw.config.wanted_columns import Wanted, wanted_columns
 from estimfw.data.memory import refuse_too_large
 from estimfw.errors import ConfigError
 from estimfw.model.build import build_model
@@ -73,6 +74,10 @@ class Problem:
         Makes the record.
     aiding : mapping of str to object
         Further sources, whose streams join the record.
+    preprocess : mapping of str to object
+        What is done to the record before the filter sees it, in this order.
+    wanted : mapping of stream to mapping of column to unit
+        What the sources have to bring for measurements, inputs and preprocessing.
     monitors : tuple of objects
     truth : Truth or None
         The truth model beside the filter's own; None where they are the same.
@@ -98,6 +103,8 @@ class Problem:
     initial: Any
     source: Any
     aiding: Mapping[str, Any]
+    preprocess: Mapping[str, Any]
+    wanted: Wanted
     monitors: tuple[Any, ...]
     truth: Truth | None
     undetermined: tuple[str, ...]
@@ -121,6 +128,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     given = initial.reference() if initial is not None else None
     source = build.make("source", cfg.source, ("source",), site, given) if cfg.source is not None else None
     aiding = {n: build.make("source", s, ("aiding", n), site, given) for n, s in cfg.aiding.items()}
+    preprocess = dict(zip(cfg.preprocess, build.named("preprocess", cfg.preprocess, "preprocess", site), strict=True))
     full = _model(cfg, build, site)
     reference = _reference(provider, given, source, full.derived)
     policies: list[Policy] = [build.make("policy", p, ("policies", i)) for i, p in enumerate(cfg.policies)]
@@ -137,7 +145,7 @@ def compose(document: Document, registry: Registry) -> Problem:
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
         checks=checks, provider=provider,
         settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
-        aiding=aiding,
+        aiding=aiding, preprocess=preprocess, wanted=wanted_columns(plan, preprocess, document),
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
         truth=truth,
         undetermined=tuple(undetectable_directions(model, reference)),

@@ -64,8 +64,8 @@ class PriorConfig(Settings):
 class FilterConfig(Settings):
     """A filter, its data and its checks.
 
-    ``blocks``, ``process``, ``inputs``, ``measurements``, ``monitors`` and ``aiding`` hold named components, each with its
-    ``kind``.
+    ``blocks``, ``process``, ``inputs``, ``measurements``, ``monitors``, ``aiding`` and ``preprocess`` hold named components,
+    each with its ``kind``.
     """
 
     estimfw: Annotated[Literal[1], Field(description="version of the config language")]
@@ -86,3 +86,6 @@ class FilterConfig(Settings):
     monitors: dict[Identifier, Section] = Field(default={}, description="checks of the record before the run, by name")
     source: Section | None = Field(default=None, description="where the record comes from: a log, or a simulation")
     aiding: dict[Identifier, Section] = Field(default={}, description="further sources, whose streams join the record")
+    preprocess: dict[Identifier, Section] = Field(
+        default={}, description="what is done to the streams before the filter sees them, by name, in this order"
+    )

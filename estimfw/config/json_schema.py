@@ -23,6 +23,7 @@ _NAMED = {
     "measurements": "measurement",
     "monitors": "monitor",
     "aiding": "source",
+    "preprocess": "preprocess",
 }
 _SINGLE = {"nominal": "nominal", "estimator": "estimator", "source": "source", "initial_attitude": "initial"}
 #: The kind of these follows from another section.

@@ -17,7 +17,8 @@ _METHODS: dict[Role, tuple[tuple[str, ...], ...]] = {
     "policy": (("apply",),),
     "nominal": (("variables", "reference", "start", "bind"),),
     "initial": (("find", "reference"),),
-    "source": (("load",), ("load_for",)),
+    "source": (("load",), ("load_for",), ("load_wanted",)),
+    "preprocess": (("apply",),),
     "monitor": (("inspect",), ("inspect_for",)),
 }
 _TYPES: dict[Role, type] = {

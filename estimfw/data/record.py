@@ -55,8 +55,8 @@ class Stream:
         NaN marks a missing component.
     columns : tuple of k str
         For an IMU ``dtheta_x, dtheta_y, dtheta_z, dvel_x, dvel_y, dvel_z``.
-    kind : 'increment' or 'sample'
-        Whether a row is an integral over its interval or a value at its time.
+    kind : 'increment', 'mean' or 'sample'
+        Whether a row is an integral over its interval, a mean over it, or a value at its time.
     period : float or None, s
         Nominal sampling interval; None where rows come when they come.
     """
@@ -65,7 +65,7 @@ class Stream:
     time: FloatArray
     values: FloatArray
     columns: tuple[str, ...]
-    kind: Literal["increment", "sample"] = "sample"
+    kind: Literal["increment", "mean", "sample"] = "sample"
     period: float | None = None
 
     def __len__(self) -> int:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from estimfw.data.record import SAME, Event
 from estimfw.errors import DataError, Location
 
-__all__ = ["Rows", "TimeErrors", "in_order"]
+__all__ = ["Rows", "TimeErrors", "in_order", "known_jump"]
 
 FloatArray = NDArray[np.float64]
 TimeErrors = Literal["error", "sort", "drop"]
@@ -85,7 +85,7 @@ def _straightened(rows: Rows, back: NDArray[np.bool_], how: TimeErrors) -> tuple
     seen = f"time goes backwards, from {rows.time[first - 1]:.10g} s to {rows.time[first]:.10g} s"
     if how == "error":
         raise DataError(
-            f"{seen}{_known_jump(rows.time[first] - rows.time[first - 1])}",
+            f"{seen}{known_jump(rows.time[first] - rows.time[first - 1])}",
             location=rows.at(first),
             hint="`time_errors: sort` puts the rows in order, `time_errors: drop` leaves the late ones out",
         )
@@ -119,7 +119,8 @@ def _without_repeats(rows: Rows) -> tuple[Rows, tuple[Event, ...]]:
     return rows.take(~same), (Event(float(rows.time[later[0]]), rows.stream, "duplicate", text, int(later.size)),)
 
 
-def _known_jump(step: float) -> str:
+def known_jump(step: float) -> str:
+    """What a clock that jumped by so many s may have done, as the end of a sentence; empty if nothing is known."""
     for jump, name in _KNOWN_JUMPS:
         if abs(abs(step) - jump) < 0.01 * jump:
             return f": {name} ({jump:.0f} s)?"

@@ -12,7 +12,7 @@ __all__ = ["check_rate"]
 FloatArray = NDArray[np.float64]
 
 
-def check_rate(time: FloatArray, period: float, location: Location) -> None:
+def check_rate(time: FloatArray, period: float, location: Location | None = None) -> None:
     """The median step of the time stamps (N,) s is the nominal sampling interval.
 
     Raises

@@ -15,6 +15,7 @@ it, (R, all axes), in the frame in which the block was declared. `estimfw.data.d
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from estimfw.kernels import ud
 from estimfw.model.frame import rotation
 from estimfw.registry.contract import broken, plugin_code
 from estimfw.run.load import simulated
+from estimfw.run.preprocess import preprocessed
 
 __all__ = ["draw_runs", "drawn_record", "refuse_without_draws"]
 
@@ -34,7 +36,7 @@ FloatArray = NDArray[np.float64]
 
 
 def draw_runs(problem: Problem, seed: int, runs: Sequence[int]) -> Draws:
-    """The records of some runs.
+    """The records of some runs, preprocessed.
 
     Parameters
     ----------
@@ -64,7 +66,7 @@ def draw_runs(problem: Problem, seed: int, runs: Sequence[int]) -> Draws:
         raise
     if not isinstance(made, Draws) or len(made) != len(seeds):
         raise broken(owner, "drawn_many() of source", f"did not make the Draws of {len(seeds)} runs")
-    return made
+    return replace(made, record=preprocessed(problem, made.record))
 
 
 def drawn_record(problem: Problem, seed: int, run: int) -> Record:

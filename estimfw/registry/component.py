@@ -12,10 +12,21 @@ __all__ = ["API_VERSION", "ROLES", "Component", "Role"]
 API_VERSION = 1
 
 Role = Literal[
-    "block", "process", "measurement", "policy", "nominal", "initial", "source", "estimator", "monitor", "input"
+    "block",
+    "process",
+    "measurement",
+    "policy",
+    "nominal",
+    "initial",
+    "source",
+    "estimator",
+    "monitor",
+    "input",
+    "preprocess",
 ]
 ROLES: tuple[Role, ...] = (
     "block", "process", "measurement", "policy", "nominal", "initial", "source", "estimator", "monitor", "input",
+    "preprocess",
 )  # fmt: skip
 
 
@@ -27,7 +38,8 @@ class Component:
     ----------
     role : str
         The section of the config it may stand in: ``block``, ``process``, ``measurement``, ``policy``, ``nominal``,
-        ``initial`` (how the start is found), ``source``, ``estimator``, ``monitor``, ``input``.
+        ``initial`` (how the start is found), ``source``, ``estimator``, ``monitor``, ``input``,
+        ``preprocess`` (what is done to the streams before the filter sees them).
     name : str
         Without the plugin's name; its id becomes ``plugin.name``.
     config : pydantic model class

@@ -17,7 +17,7 @@ from estimfw.registry.registry import Registry
 __all__ = ["Contender", "Point", "from_configs", "grid", "one_by_one", "refuse_other_records"]
 
 #: Sections that make the record: they have to be the same for all filters.
-SAME = ("site", "source", "aiding")
+SAME = ("site", "source", "aiding", "preprocess")
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from estimfw.config.load import Overrides, load_document
 from estimfw.data.record import Record
 from estimfw.registry.load import load_plugins
 from estimfw.run.dataset import result_dataset
+from estimfw.run.preprocess import preprocessed
 from estimfw.run.run import Progress, run_problem
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def run_filter(problem: Problem, record: Record | None = None, progress: Progres
     ----------
     problem : Problem
     record : Record, optional
-        Instead of what the config's source makes.
+        Instead of what the config's source makes; it is preprocessed as the config says.
     progress : callable, optional
         Called with the steps done and the steps in all, now and then.
 
@@ -65,4 +66,5 @@ def run_filter(problem: Problem, record: Record | None = None, progress: Progres
     EstimfwError
         Of any kind.
     """
-    return result_dataset(run_problem(problem, progress, record))
+    ready = preprocessed(problem, record) if record is not None else None
+    return result_dataset(run_problem(problem, progress, ready))

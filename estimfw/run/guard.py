@@ -16,8 +16,10 @@ __all__ = ["GuardedProvider", "check_findings", "check_record"]
 FloatArray = NDArray[np.float64]
 
 
-def check_record(record: Any, owner: str | None, what: str) -> Record:
+def check_record(record: Any, owner: str | None, what: str, *, leading: bool = False) -> Record:
     """The record, if it is one: streams whose times, values and columns fit each other. Values may be NaN, times not.
+
+    ``leading``: values may have leading axes, of runs.
 
     Raises
     ------
@@ -29,8 +31,9 @@ def check_record(record: Any, owner: str | None, what: str) -> Record:
         rows, columns = np.shape(stream.time)[:1], len(stream.columns)
         fault = wrong_number(stream.time, rows)
         fault = f"its time {fault}" if fault is not None else None
-        if fault is None and np.shape(stream.values) != (*rows, columns):
-            fault = f"values {np.shape(stream.values)} for {rows[0]} times and {columns} columns"
+        shape = np.shape(stream.values)[-2:] if leading else np.shape(stream.values)
+        if fault is None and shape != (*rows, columns):
+            fault = f"values {shape} for {rows[0]} times and {columns} columns"
         if fault is not None:
             raise broken(owner, what, f"made a stream {name!r} that is none: {fault}")
     return record

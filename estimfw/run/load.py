@@ -1,4 +1,4 @@
-"""The record of a config: what its source makes, joined by the streams of its aiding sensors."""
+"""The record of a config: what its source makes, joined by the streams of its aiding sensors, and preprocessed."""
 
 from __future__ import annotations
 
@@ -13,14 +13,26 @@ from estimfw.errors import ConfigError, PluginError
 from estimfw.plan.plan import Plan
 from estimfw.registry.contract import plugin_code
 from estimfw.run.guard import check_record
+from estimfw.run.preprocess import preprocessed
 
-__all__ = ["load_record", "simulated"]
+__all__ = ["load_record", "simulated", "source_record"]
 
 FloatArray = NDArray[np.float64]
 
 
 def load_record(problem: Problem) -> Record:
-    """The record to run on.
+    """The record to run on: that of the sources, preprocessed.
+
+    Raises
+    ------
+    EstimfwError
+        See `source_record` and `estimfw.run.preprocess`.
+    """
+    return preprocessed(problem, source_record(problem))
+
+
+def source_record(problem: Problem) -> Record:
+    """The record as the sources make it.
 
     Truth and start are those of ``source``; ``aiding`` adds streams and events.
 
@@ -50,7 +62,12 @@ def _loaded(source: Any, problem: Problem, path: tuple[str, ...]) -> Record:
     owner, what = problem.owners.get(".".join(path)), "source" if len(path) == 1 else f"source {'.'.join(path)!r}"
     try:
         with plugin_code(owner, f"load() of {what}"):
-            made = source.load_for(*_seen_by(source, problem)) if hasattr(source, "load_for") else source.load()
+            if hasattr(source, "load_wanted"):
+                made = source.load_wanted(problem.wanted)
+            elif hasattr(source, "load_for"):
+                made = source.load_for(*_seen_by(source, problem))
+            else:
+                made = source.load()
         return check_record(made, owner, what)
     except (ConfigError, PluginError) as error:
         problem.document.placed(error, path)

@@ -79,7 +79,7 @@ def run_problem(
     progress : callable, optional
         Called with steps done and steps in all, after each chunk.
     record : Record, optional
-        Instead of the one that the config's source makes.
+        Instead of the one that the config's source makes; preprocessed already.
     watch : callable, optional
         Makes, of the prepared run, what shall see each stretch of it.
 

@@ -73,7 +73,7 @@ class Session:
     Raises
     ------
     UsageError
-        The config's start is found from a record, and none is given.
+        The config's start is found from a record, and none is given; or the config preprocesses its record.
     """
 
     def __init__(
@@ -83,6 +83,11 @@ class Session:
         time: float = 0.0,
         periods: Mapping[str, float] | None = None,
     ) -> None:
+        if problem.preprocess:
+            raise UsageError(
+                f"a session does not preprocess: {', '.join(problem.preprocess)}",
+                hint="run the record as a whole, or hand over preprocessed rows and leave the section `preprocess` out",
+            )
         given = start if start is not None else given_start(problem)
         self.problem, self.time, self.events = problem, time, list[Event]()
         self._plan, self._provider, self._periods = problem.plan, problem.provider, dict(periods or {})

@@ -144,6 +144,23 @@ def test_25_a_monitor_that_breaks_its_contract_is_named(check: Check, tracker: T
     told.says(f"{OWNER}: monitor 'look' returned an object of type list, Findings are due")
 
 
+@pytest.mark.parametrize(
+    ("code", "says"),
+    [
+        ("return None", "made an object of type NoneType, a Record is due"),
+        ("return record.streams['fix'].absent", "apply() of preprocess 'look' raised AttributeError"),
+    ],
+    ids=["25-no-record", "25-raises"],
+)
+def test_25_a_preprocessing_that_breaks_its_contract_is_named(
+    check: Check, tracker: Tracker, install: Install, code: str, says: str
+) -> None:
+    install(f"class M:\n    def apply(self, record): {code}\ndef build(name, cfg, site): return M()\n", "preprocess")
+    told = check(tracker() + "preprocess: {look: {kind: vendor.thing}}\n")
+    assert told.code == 4
+    told.says(OWNER, says)
+
+
 DERIVED = """
 def factor():
     return {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from estimfw.config.generic import blocks, direct, kalman, log, nominal, policies, process, simulate_model
+from estimfw.config.generic.preprocessing import counter, fir_lowpass, join, shift
 from estimfw.registry.component import Component
 
 __all__ = ["core_components"]
@@ -38,5 +39,14 @@ def core_components() -> list[Component]:
             "the model itself, simulated",
         ),
         Component("source", "log", log.LogConfig, log.log, "logged measurements: a CSV or NPZ file for each stream"),
+        Component("preprocess", "shift", shift.ShiftConfig, shift.shift, "latency, offset and drift of a stream's clock"),
+        Component(
+            "preprocess", "counter", counter.CounterConfig, counter.counter, "pulse counts to a speed or a distance"
+        ),
+        Component(
+            "preprocess", "fir_lowpass", fir_lowpass.FirLowPassConfig, fir_lowpass.fir_lowpass,
+            "low-pass filter of linear phase, its delay compensated",
+        ),
+        Component("preprocess", "join", join.JoinConfig, join.join, "columns of one stream onto the stamps of another"),
         Component("estimator", "kalman", kalman.KalmanConfig, kalman.kalman, "Kalman filter: UD or Joseph"),
     ]  # fmt: skip

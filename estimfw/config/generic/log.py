@@ -10,10 +10,10 @@ from pydantic import Field
 
 from estimfw.config.generic.log_stream import LogStreamConfig, read_stream
 from estimfw.config.types import Identifier, Settings, Site
-from estimfw.data.record import Event, FloatArray, Record, Stream
+from estimfw.config.wanted_columns import Wanted
+from estimfw.data.record import Event, Record, Stream
 from estimfw.errors import ConfigError
 from estimfw.model.nominal import InitialNominal
-from estimfw.plan.plan import Plan
 from estimfw.spelling import did_you_mean
 
 __all__ = ["LogConfig", "LogSource", "log"]
@@ -30,12 +30,12 @@ class LogConfig(Settings):
 
 @dataclass(frozen=True, slots=True)
 class LogSource:
-    """Files, and what to do with them; ``load_for`` reads them anew each time."""
+    """Files, and what to do with them; ``load_wanted`` reads them anew each time."""
 
     streams: Mapping[str, LogStreamConfig]
 
-    def load_for(self, plan: Plan, row: FloatArray) -> Record:
-        """The record: a stream for each file, with the columns that the plan needs of it, in SI.
+    def load_wanted(self, wanted: Wanted) -> Record:
+        """The record: a stream for each file, with the columns that are wanted of it, in SI.
 
         Raises
         ------
@@ -44,14 +44,11 @@ class LogSource:
         ConfigError
             A unit for a column that nothing reads, or one of the wrong dimension.
         """
-        del row
         streams: dict[str, Stream] = {}
         events: list[Event] = []
         files: dict[str, object] = {}
-        readers = [(m.stream, m.columns, m.unit) for m in plan.measurements]
-        readers += [(known.stream, known.columns, known.unit) for known in plan.inputs]
         for name, cfg in self.streams.items():
-            needed = {c: unit for stream, columns, unit in readers if stream == name for c in columns}
+            needed = wanted.get(name, {})
             if not needed:
                 events.append(Event(float("nan"), name, "unused", "nothing reads this stream"))
                 continue
@@ -62,7 +59,7 @@ class LogSource:
                 raise
             events.extend(found)
         if not streams:
-            read = sorted({stream for stream, _, _ in readers if stream})
+            read = sorted(wanted)
             own = next(iter(self.streams))
             near = f"{did_you_mean(own, read)}; or give a measurement `stream: {own}`"
             raise ConfigError("nothing reads any of the streams", hint=near, within=("streams",))

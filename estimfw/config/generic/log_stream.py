@@ -61,7 +61,7 @@ def read_stream(
         Of the stream.
     cfg : LogStreamConfig
     needed : mapping of str to str
-        Columns to read, and the SI unit that each has in the model.
+        Columns to read, and the SI unit that each has in the model; empty: nobody says which.
 
     Raises
     ------
@@ -136,7 +136,9 @@ def _scales(cfg: LogStreamConfig, needed: Mapping[str, str]) -> FloatArray:
                 hint=did_you_mean(column, needed),
                 within=("units", column),
             )
-    return np.array([_scale(cfg.units.get(c, unit), unit, f"column {c!r}", ("units", c)) for c, unit in needed.items()])
+    return np.array(
+        [_scale(cfg.units.get(c, unit or "1"), unit, f"column {c!r}", ("units", c)) for c, unit in needed.items()]
+    )
 
 
 def _scale(unit: str, si: str, what: str, within: tuple[str, ...]) -> float:
@@ -145,7 +147,7 @@ def _scale(unit: str, si: str, what: str, within: tuple[str, ...]) -> float:
     except ConfigError as error:
         error.within = within
         raise
-    if found.dimension != parse_unit(si).dimension:
+    if si and found.dimension != parse_unit(si).dimension:
         raise ConfigError(
             f"the unit of {what} is {unit!r}, which is in {si_name(found)}, not in {si}",
             hint=f"a unit of the dimension of {si} is due",

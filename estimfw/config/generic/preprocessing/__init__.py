@@ -1,0 +1,1 @@
+"""The framework's own preprocessing: settings, and the components that they make."""
