@@ -1,0 +1,120 @@
+"""A trial of several filters as tables and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from estimfw.analysis.rivals import closer, settled
+from estimfw.montecarlo.claims import Verdict
+from estimfw.montecarlo.trial import Trial
+from estimfw.report.numbers import plain, significant
+from estimfw.report.tables import Cell, Table
+
+__all__ = ["claim_table", "error_table", "settling_table", "trial_json"]
+
+
+def error_table(trial: Trial, times: Sequence[float]) -> Table:
+    """Rms, median and in how many runs each filter is closer to the truth than the first, for every output at each instant."""
+    instants = sorted(set(times)) or [float(trial.time[-1])]
+    rows_at = [trial.at(t) for t in instants]
+    head = ("output", "unit", "filter", *(f"rms at {plain(t)} s" for t in instants))
+    head += tuple(f"median {plain(t)} s" for t in instants) + tuple(f"closer {plain(t)} s" for t in instants)
+    rows = []
+    for q, label in enumerate(trial.quantities):
+        for f, name in enumerate(trial.names):
+            error = trial.error[f, :, :, q] * trial.scales[q]
+            first = trial.error[0, :, :, q] * trial.scales[q]
+            rms = [Cell(significant(float(np.sqrt(np.mean(error[:, k] ** 2))), 3)) for k in rows_at]
+            median = [Cell(significant(float(np.median(np.abs(error[:, k]))), 3)) for k in rows_at]
+            better = [Cell(str(closer(error[:, k], first[:, k])) if f else "") for k in rows_at]
+            own = (Cell(label if not f else ""), Cell(trial.units[q] if not f else ""), Cell(name))
+            rows.append((*own, *rms, *median, *better))
+    note = f"{trial.runs} runs of seed {trial.seed}. closer: runs in which the error is smaller than that of {trial.names[0]}."
+    return Table(head, tuple(rows), frozenset(range(3, len(head))), note)
+
+
+def settling_table(trial: Trial, output: str, bounds: Sequence[float]) -> Table:
+    """Median time from which on each filter stays within each bound (display unit), and in how many runs it never does."""
+    q = trial.quantity(output)
+    head = ("filter", *(word for b in bounds for word in (f"within {plain(b)} {trial.units[q]} from, s", "never")))
+    rows = []
+    for f, name in enumerate(trial.names):
+        cells = [Cell(name)]
+        for bound in bounds:
+            since = settled(trial.time, trial.error[f, :, :, q] * trial.scales[q], bound)
+            median = float(np.median(since))
+            cells += [
+                Cell(plain(round(median, 1)) if np.isfinite(median) else "never"),
+                Cell(str(int(np.isinf(since).sum()))),
+            ]
+        rows.append(tuple(cells))
+    return Table(head, tuple(rows), frozenset(range(1, len(head))), f"Median over the runs, error of {output}.")
+
+
+def claim_table(verdicts: Sequence[Verdict]) -> Table:
+    """Each claim, its figure, its bounds, and whether it holds."""
+    rows = []
+    for one in verdicts:
+        claim = one.claim
+        bounds = " and ".join(
+            word
+            for word in (
+                f"above {plain(claim.above)}" if claim.above is not None else "",
+                f"below {plain(claim.below)}" if claim.below is not None else "",
+            )
+            if word
+        )
+        what = f"{claim.statistic} of {' / '.join(claim.of)}, {claim.output}"
+        what += f" at {plain(claim.at)} s" if claim.at is not None else ""
+        verdict = Cell("holds", "good") if one.holds else Cell("does not hold", "bad")
+        rows.append(
+            (
+                Cell(claim.text),
+                Cell(what),
+                Cell(f"{significant(one.figure, 3)} {one.unit}".strip() if np.isfinite(one.figure) else "never"),
+                Cell(bounds),
+                verdict,
+            )
+        )
+    return Table(("claim", "figure", "is", "claimed", "verdict"), tuple(rows), frozenset({2}))
+
+
+def trial_json(trial: Trial, verdicts: Sequence[Verdict]) -> dict[str, Any]:
+    """Rms and median over time of every filter, in display units, the errors at the end, and the verdicts."""
+    scaled = trial.error * trial.scales
+    with np.errstate(invalid="ignore"):
+        rms, median = np.sqrt(np.mean(scaled**2, axis=1)), np.median(np.abs(scaled), axis=1)
+    return {
+        "title": trial.title,
+        "runs": trial.runs,
+        "seed": trial.seed,
+        "time": trial.time.tolist(),
+        "filters": {
+            name: {
+                label: {
+                    "unit": trial.units[q],
+                    "rms": _numbers(rms[f, :, q]),
+                    "median": _numbers(median[f, :, q]),
+                    "end": _numbers(scaled[f, :, -1, q]),
+                }
+                for q, label in enumerate(trial.quantities)
+            }
+            for f, name in enumerate(trial.names)
+        },
+        "claims": [
+            {
+                "text": v.claim.text,
+                "figure": v.figure if np.isfinite(v.figure) else None,
+                "unit": v.unit,
+                "holds": v.holds,
+            }
+            for v in verdicts
+        ],
+    }
+
+
+def _numbers(values: np.ndarray[Any, np.dtype[np.float64]]) -> list[float | None]:
+    return [float(v) if np.isfinite(v) else None for v in values]
