@@ -14,7 +14,7 @@ from types import FrameType
 import click
 
 from estimfw import __version__
-from estimfw.errors import EstimfwError, UsageError
+from estimfw.errors import CheckError, EstimfwError, UsageError
 
 __all__ = ["COMMANDS", "INTERRUPTED", "cli", "main"]
 
@@ -93,6 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with _terminated_as_interrupted():
             result = cli.main([a for a in given if a != "--debug"], prog_name="estimfw", standalone_mode=False)
         return result if isinstance(result, int) else 0
+    except CheckError as error:  # it comes after the answer: standard output has its JSON already
+        return _report(error, as_json=False, debug=debug)
     except EstimfwError as error:
         return _report(error, as_json=as_json, debug=debug)
     except NO_COMMAND as error:

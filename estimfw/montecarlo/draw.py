@@ -30,13 +30,19 @@ from estimfw.registry.contract import broken, plugin_code
 from estimfw.run.load import simulated
 from estimfw.run.preprocess import preprocessed
 
-__all__ = ["draw_runs", "drawn_record", "refuse_without_draws"]
+__all__ = ["draw_runs", "drawn_record", "refuse_without_draws", "source_draws"]
 
 FloatArray = NDArray[np.float64]
 
 
 def draw_runs(problem: Problem, seed: int, runs: Sequence[int]) -> Draws:
-    """The records of some runs, preprocessed.
+    """The records of some runs, preprocessed; see `source_draws`."""
+    made = source_draws(problem, seed, runs)
+    return replace(made, record=preprocessed(problem, made.record))
+
+
+def source_draws(problem: Problem, seed: int, runs: Sequence[int]) -> Draws:
+    """The records of some runs, as the source makes them.
 
     Parameters
     ----------
@@ -66,7 +72,7 @@ def draw_runs(problem: Problem, seed: int, runs: Sequence[int]) -> Draws:
         raise
     if not isinstance(made, Draws) or len(made) != len(seeds):
         raise broken(owner, "drawn_many() of source", f"did not make the Draws of {len(seeds)} runs")
-    return replace(made, record=preprocessed(problem, made.record))
+    return made
 
 
 def drawn_record(problem: Problem, seed: int, run: int) -> Record:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from estimfw.config.compose import Problem
 from estimfw.data.record import SAME
 from estimfw.errors import ConfigError, UsageError
-from estimfw.montecarlo.draw import drawn_record, refuse_without_draws
+from estimfw.montecarlo.draw import refuse_without_draws, source_draws
 from estimfw.montecarlo.filtering import without_monitors
 from estimfw.registry.registry import Registry
 from estimfw.run.contenders import Contender, refuse_other_records
+from estimfw.run.preprocess import preprocessed
 from estimfw.run.run import Collected, run_problem
 from estimfw.units.unit_text import parse_unit
 
@@ -98,7 +99,7 @@ def run_trial(
     Parameters
     ----------
     contenders : sequence of F Contender
-        Their sources are the same, so that each run draws the same record for all of them.
+        The first one's source draws each run for all of them; the sources have to be the same.
     registry : Registry
     runs : int
     seed : int
@@ -117,9 +118,8 @@ def run_trial(
     """
     problems = tuple(without_monitors(one.compose(registry)) for one in contenders)
     refuse_other_records(contenders, problems)
-    for problem in problems:
-        refuse_without_draws(problem)
-    first = [_run(problem, seed, 0) for problem in problems]
+    refuse_without_draws(problems[0])
+    first = list(_runs(problems, seed, 0))
     time = _grid(first, times)
     shared = _shared(contenders, first)
     found: list[FloatArray] = [np.zeros(0)] * runs
@@ -158,11 +158,15 @@ def _one(
     problems: tuple[Problem, ...], seed: int, run: int, time: FloatArray, shared: tuple[str, ...]
 ) -> tuple[int, FloatArray]:
     """Errors (F, T, Q) of all filters in one run."""
-    return run, np.stack([_errors(_run(problem, seed, run), time, shared) for problem in problems])
+    return run, np.stack([_errors(done, time, shared) for done in _runs(problems, seed, run)])
 
 
-def _run(problem: Problem, seed: int, run: int) -> Collected:
-    return run_problem(problem, record=drawn_record(problem, seed, run))
+def _runs(problems: Sequence[Problem], seed: int, run: int) -> Iterator[Collected]:
+    """Each filter on one draw of the first one's source, with the preprocessing of its own config."""
+    drawn = source_draws(problems[0], seed, [run])
+    for problem in problems:
+        own = replace(drawn, record=preprocessed(problem, drawn.record))
+        yield run_problem(problem, record=own.run(0))
 
 
 def _errors(done: Collected, time: FloatArray, shared: tuple[str, ...]) -> FloatArray:

@@ -13,8 +13,9 @@ from estimfw.errors import UsageError
 from estimfw.registry.registry import Registry
 from estimfw.run.contenders import Contender, Point, refuse_other_records
 from estimfw.run.dataset import result_dataset
-from estimfw.run.load import load_record
+from estimfw.run.load import source_record
 from estimfw.run.prepare import Prepared, prepare
+from estimfw.run.preprocess import preprocessed
 from estimfw.run.run import Collected, run_problem
 from estimfw.run.step_time import StepTime, step_times
 
@@ -98,11 +99,11 @@ def compare(
     priced: tuple[Priced, ...] = ()
     results: list[tuple[xr.Dataset, ...]] = []
     for problems in composed:
-        record, runs = load_record(problems[0]), []
+        record, runs = source_record(problems[0]), []
         if times and not results:
-            _refuse_outside(times, prepare(problems[0], record))
+            _refuse_outside(times, prepare(problems[0], preprocessed(problems[0], record)))
         for problem in problems:
-            runs.append(run_problem(problem, record=record))
+            runs.append(run_problem(problem, record=preprocessed(problem, record)))
             if progress is not None:
                 progress(len(results) * len(contenders) + len(runs), len(points) * len(contenders))
         priced = priced or _priced(contenders, runs, repeats)
