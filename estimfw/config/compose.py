@@ -15,7 +15,9 @@ from estimfw.config.builder import Builder
 from estimfw.config.document import Document
 from estimfw.config.exact_quotient import refuse_inexact_quotient
 from estimfw.config.filter_config import FilterConfig
-from estimfw.config.generic.kalman import KalmanConfig, kalman
+from estimfw.config.generic.determination import misplaced_section
+from estimfw.config.generic.estimation import Estimation
+from estimfw.config.generic.kalman import KalmanConfig, discretisation
 from estimfw.config.generic.nominal import ConstantNominal
 from estimfw.config.generic.values import STATE_BYTES
 from estimfw.config.model_context import ModelContext
@@ -67,7 +69,10 @@ class Problem:
     reference : mapping of str to array
         The nominal frozen at the start.
     plan : Plan
+    kind : str
+        Of the estimator.
     estimator : KalmanConfig
+        How its recursion is done.
     initial : object or None
         Finds the start (``find``, ``reference``).
     source : object or None
@@ -99,6 +104,7 @@ class Problem:
     settings: ProviderSettings
     reference: Mapping[str, FloatArray]
     plan: Plan
+    kind: str
     estimator: KalmanConfig
     initial: Any
     source: Any
@@ -129,23 +135,24 @@ def compose(document: Document, registry: Registry) -> Problem:
     source = build.make("source", cfg.source, ("source",), site, given) if cfg.source is not None else None
     aiding = {n: build.make("source", s, ("aiding", n), site, given) for n, s in cfg.aiding.items()}
     preprocess = dict(zip(cfg.preprocess, build.named("preprocess", cfg.preprocess, "preprocess", site), strict=True))
-    full = _model(cfg, build, site)
+    estimation = _estimation(cfg, build)
+    full = _model(cfg, build, site, provider)
     reference = _reference(provider, given, source, full.derived)
     policies: list[Policy] = [build.make("policy", p, ("policies", i)) for i, p in enumerate(cfg.policies)]
     model, changes = _apply(policies, full, reference, document)
     checks = _checks(cfg, provider, model, document)
     settings = ProviderSettings(frozenset(c.operation for c in checks if c.computed))
-    estimator = _estimator(cfg, build, model)
-    discretisation = kalman(estimator)
-    settings = replace(settings, evaluation=discretisation.evaluation)
+    estimator = estimation.filter
+    _refuse_unknown_gates(estimator, build, model)
+    settings = replace(settings, evaluation=discretisation(estimator).evaluation)
     plan = _plan(model, provider, settings, estimator, document)
     _exact_quotient(model, plan, provider, settings, document)
     truth, unpriced = own_truth(full, model, changes, provider, settings.computed, reference, plan)
     return Problem(
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
         checks=checks, provider=provider,
-        settings=settings, reference=reference, plan=plan, estimator=estimator, initial=initial, source=source,
-        aiding=aiding, preprocess=preprocess, wanted=wanted_columns(plan, preprocess, document),
+        settings=settings, reference=reference, plan=plan, kind=estimation.kind, estimator=estimator, initial=initial,
+        source=source, aiding=aiding, preprocess=preprocess, wanted=wanted_columns(plan, preprocess, document),
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
         truth=truth,
         undetermined=tuple(undetectable_directions(model, reference)),
@@ -183,7 +190,7 @@ def _reference(
     return reference
 
 
-def _model(cfg: FilterConfig, build: Builder, site: Any) -> Model:
+def _model(cfg: FilterConfig, build: Builder, site: Any, provider: Any) -> Model:
     blocks: list[BlockParts] = []
     for made in build.named("block", cfg.blocks, "blocks", site):
         blocks.extend(made if isinstance(made, tuple) else (made,))
@@ -206,7 +213,8 @@ def _model(cfg: FilterConfig, build: Builder, site: Any) -> Model:
     correlations = {c.between: c.value for c in cfg.prior.correlations} if cfg.prior else {}
     _refuse_unknown_labels(cfg, [label for b in blocks for label in b.block.labels], build.document)
     try:
-        return build_model(blocks, process, measurements, inputs, correlations)
+        outputs = () if blocks else getattr(provider, "outputs", ())
+        return build_model(blocks, process, measurements, inputs, correlations, outputs)
     except ConfigError as error:
         build.document.placed(error, () if error.within else ("prior",) if "prior" in error.message else ("blocks",))
         raise
@@ -290,9 +298,21 @@ def _exact_quotient(model: Model, plan: Plan, provider: Any, settings: ProviderS
         raise
 
 
-def _estimator(cfg: FilterConfig, build: Builder, model: Model) -> KalmanConfig:
-    estimator: KalmanConfig
-    _, estimator = build.settings("estimator", cfg.estimator or {"kind": "kalman"}, ("estimator",))
+def _estimation(cfg: FilterConfig, build: Builder) -> Estimation:
+    made: Estimation = build.make("estimator", cfg.estimator or {"kind": "kalman"}, ("estimator",))
+    fault = misplaced_section(cfg) if made.kind == "determination" else None
+    if made.kind != "determination" and not cfg.blocks:
+        fault = ConfigError(
+            "there are no blocks: a filter has states to estimate",
+            hint="write blocks, or take what the nominal provider computes by itself: estimator: {kind: determination}",
+        )
+    if fault is not None:
+        build.document.placed(fault, ())
+        raise fault
+    return made
+
+
+def _refuse_unknown_gates(estimator: KalmanConfig, build: Builder, model: Model) -> None:
     for name in estimator.gates:
         if name not in {m.name for m in model.measurements}:
             raise ConfigError(
@@ -300,14 +320,13 @@ def _estimator(cfg: FilterConfig, build: Builder, model: Model) -> KalmanConfig:
                 location=build.document.locate(("estimator", "gates", name)),
                 hint=did_you_mean(name, (m.name for m in model.measurements)),
             )
-    return estimator
 
 
 def _plan(model: Model, provider: Any, settings: ProviderSettings, estimator: KalmanConfig, document: Document) -> Plan:
     layout = NominalLayout(provider.variables(settings.computed), (*model.derived, *model.held))
     gates = {m.name: estimator.gates.get(m.name, estimator.gate) for m in model.measurements}
     try:
-        return make_plan(model, layout, provider.slots, kalman(estimator), gates)
+        return make_plan(model, layout, provider.slots, discretisation(estimator), gates)
     except ConfigError as error:
         error.location = error.location or document.locate(("process",))
         raise

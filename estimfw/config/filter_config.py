@@ -74,7 +74,7 @@ class FilterConfig(Settings):
     site: Site | None = Field(default=None, description="place on the Earth")
     nominal: Section | None = Field(default=None, description="what makes the operating point (left out: nothing does)")
     initial_attitude: OptionalKind | None = Field(default=None, description="where the nominal starts: given, or found")
-    blocks: dict[Identifier, Section] = Field(min_length=1, description="groups of states, by name, in their order")
+    blocks: dict[Identifier, Section] = Field(default={}, description="groups of states, by name, in their order")
     process: dict[Identifier, Section] = Field(default={}, description="what drives the states, by name")
     inputs: dict[Identifier, Section] = Field(default={}, description="known inputs, by name")
     measurements: dict[Identifier, Section] = Field(default={}, description="what is measured of the states, by name")

@@ -11,7 +11,7 @@ from estimfw.errors import ConfigError
 from estimfw.model.coefficient import identity
 from estimfw.model.frame import Frame
 from estimfw.model.model import Model, Source
-from estimfw.model.parts import BlockParts, DerivedVariable, KnownInput, Measurement, ProcessParts, StateBlock
+from estimfw.model.parts import BlockParts, DerivedVariable, KnownInput, Measurement, Output, ProcessParts, StateBlock
 from estimfw.model.prior import Prior, check_covariance
 from estimfw.spelling import did_you_mean
 
@@ -24,6 +24,7 @@ def build_model(
     measurements: Sequence[Measurement] = (),
     inputs: Sequence[KnownInput] = (),
     correlations: Mapping[tuple[str, str], float] | None = None,
+    outputs: Sequence[Output] = (),
 ) -> Model:
     """Compose parts.
 
@@ -33,6 +34,8 @@ def build_model(
         Parts, in the order in which their states and labels are to stand.
     correlations : mapping of (state label, state label) to float
         Correlation coefficients of the prior across states, -1 to 1.
+    outputs : sequence of Output
+        Besides those of the blocks.
 
     Raises
     ------
@@ -60,7 +63,7 @@ def build_model(
         inputs=tuple(inputs),
         measurements=tuple(measurements),
         prior=_prior(blocks, correlations or {}),
-        outputs=tuple(o for b in blocks for o in b.outputs),
+        outputs=(*(o for b in blocks for o in b.outputs), *outputs),
         derived=derived,
     )
     _check_frames(model)

@@ -200,7 +200,9 @@ class BoundProvider(Protocol):
 class NominalProvider(Protocol):
     """A provider as configured, before any data: hashable by its settings, picklable.
 
-    ``stream`` is what drives it, with ``columns`` in the order in which a streaming session takes them.
+    ``stream`` is what drives it, with ``columns`` in the order in which a streaming session takes them. One that computes what
+    is wanted by itself brings ``outputs`` too, a tuple of `estimfw.model.parts.Output` over its nominal row: the result of a
+    determination (``estimator: {kind: determination}``), which has no states.
     """
 
     kind: str

@@ -42,7 +42,7 @@ class Prior:
         """Mean (..., n) and covariance (..., n, n) for a nominal at the start."""
         t = self.transform.evaluate(nominal)
         mean = np.einsum("...ij,j->...i", t, np.array(self.mean0))
-        covariance = t @ np.array(self.covariance0).reshape(len(self.mean0), -1) @ np.swapaxes(t, -1, -2)
+        covariance = t @ np.array(self.covariance0).reshape(len(self.mean0), len(self.mean0)) @ np.swapaxes(t, -1, -2)
         return mean, 0.5 * (covariance + np.swapaxes(covariance, -1, -2))
 
     def select(self, rows: Sequence[int]) -> Prior:

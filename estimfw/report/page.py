@@ -13,7 +13,7 @@ from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.heat_map import HeatMap
 from estimfw.report.judgement import nis_verdict, sigma_caveat
 from estimfw.report.markup import facts, note, table
-from estimfw.report.numbers import count, plain
+from estimfw.report.numbers import UNKNOWN, count, plain
 from estimfw.report.panel import Chart
 from estimfw.report.shell import Section, chart_block, document
 from estimfw.report.tables import (
@@ -165,10 +165,11 @@ def _card(line: Headline) -> str:
     fine = f" (±{escape(line.fine)})" if line.fine else ""
     verdict = "" if line.trusted else " bad"
     error = f'<div class="small{verdict}">error {escape(line.error)}</div>' if line.error else ""
+    sigma = f'<div class="sigma">±{escape(line.sigma + line.unit)}{fine}</div>' if line.sigma != UNKNOWN else ""
     return (
         f'<div class="card"><div class="name">{escape(line.name)}</div>'
         f'<div class="value">{escape(line.value + line.unit)}</div>'
-        f'<div class="sigma">±{escape(line.sigma + line.unit)}{fine}</div>{error}</div>\n'
+        f"{sigma}{error}</div>\n"
     )
 
 

@@ -62,24 +62,28 @@ def end_table(dataset: xr.Dataset) -> Table:
     ends = (*end_outputs(dataset), *end_states(dataset))
     with_error = any(np.isfinite(end.error) for end in ends)
     with_honest = any(np.isfinite(end.honest) for end in ends)
-    sigmas = ("own σ", "honest σ") if with_honest else ("σ",)
-    ratio = f"error / {sigmas[-1]}"
-    head = ("", "value", *sigmas, "unit", *(("error", ratio) if with_error else ()))
-    rows = tuple(_end_row(end, with_honest, with_error) for end in ends)
+    sigmas: tuple[str, ...] = ("own σ", "honest σ") if with_honest else ("σ",)
+    if not any(np.isfinite(end.sigma) for end in ends):
+        sigmas = ()  # a determination
+    ratio = (f"error / {sigmas[-1]}",) if sigmas else ()
+    head = ("", "value", *sigmas, "unit", *(("error", *ratio) if with_error else ()))
+    rows = tuple(_end_row(end, len(sigmas), with_error) for end in ends)
     last = float(dataset["time"].to_numpy()[-1]) if dataset.sizes["time"] else np.nan
     early = sorted({end.time for end in ends if end.time < last and np.isfinite(end.value)})
     note = f"Last known values; some end before the run does (at {plain(early[0])} s)." if early else ""
     return Table(head, rows, frozenset(range(1, len(head))) - {head.index("unit")}, note)
 
 
-def _end_row(end: EndValue, with_honest: bool, with_error: bool) -> tuple[Cell, ...]:
+def _end_row(end: EndValue, sigma_columns: int, with_error: bool) -> tuple[Cell, ...]:
     value, sigma, error = end.display()
     trusted = end.trusted * end.display_scale
     own, honest = Cell(plus_minus(value, sigma)[1]), Cell(plus_minus(value, trusted)[1])
-    sigmas = (own, honest) if with_honest else (own,)
+    sigmas = (own, honest)[:sigma_columns]
     cells = (Cell(end.label), Cell(plus_minus(value, trusted)[0]), *sigmas, Cell(end.display_unit))
     if not with_error:
         return cells
+    if not sigmas:
+        return (*cells, Cell(significant(error, 4)))
     ratio = error / trusted if trusted > 0 else np.nan
     tone = "bad" if abs(ratio) > 3 else ""
     return (*cells, Cell(plus_minus(error, trusted)[0]), Cell(significant(ratio, 2), tone))

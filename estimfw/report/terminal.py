@@ -10,7 +10,7 @@ from rich.text import Text
 
 from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.judgement import sigma_caveat
-from estimfw.report.numbers import plain
+from estimfw.report.numbers import UNKNOWN, plain
 from estimfw.report.tables import Table, disposition_table, end_table, event_table, meaning_table
 from estimfw.run.plausibility import cautions
 from estimfw.run.summary import json_attribute
@@ -65,7 +65,8 @@ def _last(dataset: xr.Dataset, at_end: bool) -> str:
 def _headline(line: Headline) -> Text:
     text = Text(f"  {line.name:<8} ")
     text.append(f"{line.value}{line.unit}", style="bold")
-    text.append(f" ± {line.sigma}{line.unit}" + (f" ({line.fine})" if line.fine else ""))
+    if line.sigma != UNKNOWN:
+        text.append(f" ± {line.sigma}{line.unit}" + (f" ({line.fine})" if line.fine else ""))
     if line.error:
         text.append(f"   error {line.error}", style="" if line.trusted else TONES["bad"])
     return text

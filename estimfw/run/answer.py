@@ -27,7 +27,8 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
     dict
         ``states`` maps a label to value, sigma and unit (SI), with the honest sigma of a reduced model, and with truth and
         error where they are known; ``meaning`` says what a state or output stands for that is not what its label says. Each
-        output is an entry of its own (``attitude`` -> ``yaw`` ...), in display units (deg). What is unknown is None.
+        output is an entry of its own (``attitude`` -> ``yaw`` ...), in display units (deg). What is unknown is None; a
+        determination has no states, and its outputs have no sigma.
     """
     row = int(dataset.sizes["time"]) - 1
     measurements = {
@@ -76,7 +77,8 @@ def values_csv(dataset: xr.Dataset) -> str:
     for i, label in enumerate(dataset[axis].to_numpy()):
         unit, scale = str(dataset[f"{axis}_display_unit"].to_numpy()[i]), float(dataset[f"{axis}_display_scale"][i])
         columns[f"{label} [{unit}]"] = dataset[value].to_numpy()[:, i] * scale
-        columns[f"{label} sigma [{unit}]"] = dataset[sigma].to_numpy()[:, i] * scale
+        if sigma in dataset:
+            columns[f"{label} sigma [{unit}]"] = dataset[sigma].to_numpy()[:, i] * scale
         if honest in dataset:
             columns[f"{label} honest sigma [{unit}]"] = dataset[honest].to_numpy()[:, i] * scale
     return str(pd.DataFrame(columns).to_csv(index=False, float_format="%.12g"))
@@ -89,6 +91,8 @@ def _words(dataset: xr.Dataset) -> list[str]:
 def _states(dataset: xr.Dataset, row: int) -> dict[str, Any]:
     known = "truth" in dataset
     found: dict[str, Any] = {}
+    if "estimate" not in dataset:
+        return found
     for i, label in enumerate(dataset["state"].to_numpy()):
         found[str(label)] = {
             "value": float(dataset["estimate"][row, i]),
@@ -114,7 +118,7 @@ def _outputs(dataset: xr.Dataset, row: int) -> dict[str, Any]:
         scale = float(dataset["output_display_scale"][i])
         entry = {
             "value": float(dataset["output_value"][row, i]) * scale,
-            "sigma": float(dataset["output_sigma"][row, i]) * scale,
+            **({"sigma": float(dataset["output_sigma"][row, i]) * scale} if "output_sigma" in dataset else {}),
             "unit": str(dataset["output_display_unit"].to_numpy()[i]),
         }
         if "output_honest_sigma" in dataset:

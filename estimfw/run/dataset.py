@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from estimfw.config.compose import Problem
 from estimfw.kernels.fuse import MEANINGS
 from estimfw.model.model import Model
 from estimfw.model.parts import Output
@@ -36,28 +37,16 @@ def result_dataset(done: Collected) -> xr.Dataset:
     problem = done.prepared.problem
     time = done.prepared.steps.time
     variables: dict[str, Any] = {
-        "estimate": (("time", "state"), done.estimate),
-        "sigma": (("time", "state"), done.sigma),
-        "prior_sigma": ("state", np.sqrt(np.diag(done.prepared.prior[1]))),
-        "covariance": (("covariance_time", "state", "state_column"), done.covariance),
+        **_states(done),
         **_outputs(done),
         **_truths(done),
         **_measurements(done),
-        **_unmeasured(done),
         **_honest(done),
     }
     coordinates: dict[str, Any] = {
         "time": ("time", time, {"units": "s", "long_name": "time, end of the step"}),
-        "covariance_time": ("covariance_time", time[done.covariance_index], {"units": "s"}),
-        "state_column": ("state_column", list(problem.plan.states)),
-        **_axis(
-            "state",
-            [label for b in problem.model.blocks for label in b.labels],
-            [b.unit for b in problem.model.blocks for _ in b.axes],
-            [b.display_unit or b.unit for b in problem.model.blocks for _ in b.axes],
-        ),
+        **_state_axes(done),
     }
-    coordinates["state_meaning"] = ("state", list(problem.model.state_meanings))
     outputs = [o for o, _ in problem.plan.outputs]
     if outputs:
         coordinates["output_meaning"] = ("output", output_meanings(problem.model, outputs))
@@ -81,6 +70,36 @@ def result_dataset(done: Collected) -> xr.Dataset:
     }
     made = xr.Dataset(variables, coordinates, attributes)
     return made.assign(event_columns((*done.events, *implausible_events(made))))
+
+
+def _states(done: Collected) -> dict[str, Any]:
+    """What is told of states; nothing of a determination."""
+    if not done.prepared.plan.states:
+        return {}
+    return {
+        "estimate": (("time", "state"), done.estimate),
+        "sigma": (("time", "state"), done.sigma),
+        "prior_sigma": ("state", np.sqrt(np.diag(done.prepared.prior[1]))),
+        "covariance": (("covariance_time", "state", "state_column"), done.covariance),
+        **_unmeasured(done),
+    }
+
+
+def _state_axes(done: Collected) -> dict[str, Any]:
+    model, time = done.prepared.problem.model, done.prepared.steps.time
+    if not model.states:
+        return {}
+    return {
+        "covariance_time": ("covariance_time", time[done.covariance_index], {"units": "s"}),
+        "state_column": ("state_column", list(model.states)),
+        **_axis(
+            "state",
+            [label for b in model.blocks for label in b.labels],
+            [b.unit for b in model.blocks for _ in b.axes],
+            [b.display_unit or b.unit for b in model.blocks for _ in b.axes],
+        ),
+        "state_meaning": ("state", list(model.state_meanings)),
+    }
 
 
 def output_meanings(model: Model, outputs: Sequence[Output]) -> list[str]:
@@ -111,10 +130,10 @@ def _row(label: str) -> str:
 def _outputs(done: Collected) -> dict[str, Any]:
     if not done.output.shape[1]:
         return {}
-    return {
-        "output_value": (("time", "output"), done.output),
-        "output_sigma": (("time", "output"), done.output_sigma),
-    }
+    value = {"output_value": (("time", "output"), done.output)}
+    if not done.prepared.plan.states:
+        return value
+    return {**value, "output_sigma": (("time", "output"), done.output_sigma)}
 
 
 def _honest(done: Collected) -> dict[str, Any]:
@@ -132,10 +151,10 @@ def _honest(done: Collected) -> dict[str, Any]:
 def _truths(done: Collected) -> dict[str, Any]:
     if done.truth is None:
         return {}
-    known: dict[str, Any] = {
-        "truth": (("time", "state"), done.truth),
-        "error": (("time", "state"), done.estimate - done.truth),
-    }
+    known: dict[str, Any] = {}
+    if done.prepared.plan.states:
+        known["truth"] = (("time", "state"), done.truth)
+        known["error"] = (("time", "state"), done.estimate - done.truth)
     if done.output.shape[1] and done.output_truth is not None:
         known["output_truth"] = (("time", "output"), done.output_truth)
         known["output_error"] = (("time", "output"), done.output_error)
@@ -194,10 +213,20 @@ def provenance(done: Collected) -> dict[str, Any]:
         "start_found": bool(done.prepared.start.covariance),
         "seed": getattr(problem.source, "seed", None),
         "kernel": done.prepared.scan.name,
+        "estimator": problem.kind,
+        **_recursion(problem),
+        "versions": versions(done.prepared.scan.name),
+    }
+
+
+def _recursion(problem: Problem) -> dict[str, Any]:
+    """How states are estimated, where there are some."""
+    if not problem.plan.states:
+        return {}
+    return {
         "covariance": problem.estimator.covariance,
         "loop": problem.estimator.loop,
         "discretisation": problem.plan.discretisation.describe(),
-        "versions": versions(done.prepared.scan.name),
     }
 
 

@@ -14,6 +14,7 @@ from estimfw.analysis.observability import Observability, piecewise_observabilit
 from estimfw.analysis.removable import RemovableSets, least_determined, removable_sets, undriven
 from estimfw.config.compose import Problem
 from estimfw.policies.drop_states import expand
+from estimfw.run.needs_states import refuse_without_states
 from estimfw.run.prepare import Prepared
 from estimfw.run.run import Progress, covariance_steps, run_problem
 
@@ -100,6 +101,7 @@ def observe(
     EstimfwError
         Of any kind.
     """
+    refuse_without_states(problem, "observability")
     model, reference = problem.model, problem.reference
     frozen, prior = frozen_stretch(model, reference), model.prior.evaluate(reference)[1]
     found, names = piecewise_observability([frozen], prior), StateNames.of(model)

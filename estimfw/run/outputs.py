@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 def output_values(
     problem: Problem, output: Output, jacobian: Lowered, result: ChunkResult, rows: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Value and sigma (K, components) of an output for complete rows (K, size)."""
+    """Value and sigma (K, components) of an output for complete rows (K, size); a sigma of a determination is NaN."""
     nominal = problem.plan.layout.unpack(rows)
     estimates = {}
     for name, _, frame in output.jacobian:
@@ -38,6 +38,8 @@ def output_values(
         estimates[name] = full
     J = jacobian.evaluate(rows)
     variance = np.einsum("kij,kjl,kil->ki", J, result.covariance, J)
+    if not problem.plan.states:
+        return _value(output, estimates, nominal, variance.shape), np.full(variance.shape, np.nan)
     return _value(output, estimates, nominal, variance.shape), np.sqrt(np.maximum(variance, 0.0))
 
 

@@ -140,7 +140,7 @@ def test_a_fault_of_the_whole_is_located_at_the_whole() -> None:
 
 
 def test_several_faults_are_told_together_in_the_order_of_the_file() -> None:
-    error = refusal("estimfw: 1\nsite: {latitude: 34}\nblocks: {}\nnme: x\n")
+    error = refusal("estimfw: 1\nsite: {latitude: 34}\nblocks: []\nnme: x\n")
     assert str(error.location) == "a.yaml:2:18"
     assert "also a.yaml:3:9: blocks" in str(error.hint)
     assert "also a.yaml:4:1: nme: unknown key 'nme'" in str(error.hint)
@@ -172,6 +172,6 @@ def test_faults_of_the_top_level(old: str, new: str, says: str, place: str) -> N
 
 
 def test_every_fault_is_a_config_error_with_exit_code_3() -> None:
-    error: EstimfwError = refusal("estimfw: 1\n")
+    error: EstimfwError = refusal("blocks: {}\n")
     assert error.exit_code == 3
     assert error.as_json()["line"] == 1

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from estimfw.config.generic import blocks, direct, kalman, log, nominal, policies, process, simulate_model
+from estimfw.config.generic import (
+    blocks,
+    determination,
+    direct,
+    estimation,
+    kalman,
+    log,
+    nominal,
+    policies,
+    process,
+    simulate_model,
+)
 from estimfw.config.generic.preprocessing import counter, fir_lowpass, join, shift
 from estimfw.registry.component import Component
 
@@ -48,5 +59,9 @@ def core_components() -> list[Component]:
             "low-pass filter of linear phase, its delay compensated",
         ),
         Component("preprocess", "join", join.JoinConfig, join.join, "columns of one stream onto the stamps of another"),
-        Component("estimator", "kalman", kalman.KalmanConfig, kalman.kalman, "Kalman filter: UD or Joseph"),
+        Component("estimator", "kalman", kalman.KalmanConfig, estimation.one_filter, "Kalman filter: UD or Joseph"),
+        Component(
+            "estimator", "determination", determination.DeterminationConfig, determination.determination,
+            "what the nominal provider computes, without states",
+        ),
     ]  # fmt: skip

@@ -9,7 +9,7 @@ from pydantic import Field, Strict
 from estimfw.config.types import Number, Settings, positive_quantity
 from estimfw.plan.discretisation import Discretisation
 
-__all__ = ["DiscretisationConfig", "KalmanConfig", "kalman"]
+__all__ = ["DiscretisationConfig", "KalmanConfig", "discretisation"]
 
 Probability = Annotated[Number, Field(gt=0.0, lt=1.0, description="such as 0.999")]
 
@@ -63,7 +63,7 @@ class KalmanConfig(Settings):
     ] = 200
 
 
-def kalman(cfg: KalmanConfig) -> Discretisation:
+def discretisation(cfg: KalmanConfig) -> Discretisation:
     """How the plan discretises."""
     d = cfg.discretisation
     return Discretisation(d.method, d.phi_order, d.q_order, d.evaluation)
