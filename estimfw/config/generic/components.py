@@ -14,7 +14,7 @@ from estimfw.config.generic import (
     process,
     simulate_model,
 )
-from estimfw.config.generic.preprocessing import counter, fir_lowpass, join, shift
+from estimfw.config.generic.preprocessing.components import preprocessing_components
 from estimfw.registry.component import Component
 
 __all__ = ["core_components"]
@@ -50,15 +50,7 @@ def core_components() -> list[Component]:
             "the model itself, simulated",
         ),
         Component("source", "log", log.LogConfig, log.log, "logged measurements: a CSV or NPZ file for each stream"),
-        Component("preprocess", "shift", shift.ShiftConfig, shift.shift, "latency, offset and drift of a stream's clock"),
-        Component(
-            "preprocess", "counter", counter.CounterConfig, counter.counter, "pulse counts to a speed or a distance"
-        ),
-        Component(
-            "preprocess", "fir_lowpass", fir_lowpass.FirLowPassConfig, fir_lowpass.fir_lowpass,
-            "low-pass filter of linear phase, its delay compensated",
-        ),
-        Component("preprocess", "join", join.JoinConfig, join.join, "columns of one stream onto the stamps of another"),
+        *preprocessing_components(),
         Component("estimator", "kalman", kalman.KalmanConfig, estimation.one_filter, "Kalman filter: UD or Joseph"),
         Component(
             "estimator", "determination", determination.DeterminationConfig, determination.determination,

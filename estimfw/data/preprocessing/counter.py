@@ -22,7 +22,7 @@ __all__ = ["Counter", "Increments", "counted", "increments"]
 Bools = NDArray[np.bool_]
 
 _TOLD = {
-    "missing": "counts are missing: the next one holds their pulses",
+    "missing": "counts are missing: their pulses show in the next one",
     "spike": "single counts fit neither the one before nor the one after them: left out",
     "wrap": "the counter wrapped: unwrapped",
     "reset": "the counter was reset: the pulses of that interval are not known",
@@ -151,7 +151,8 @@ def counted(
     counter : Counter
     output : 'rate', 'increment' or 'count'
         The mean rate over the interval since the count before (scale / s), the increment over it, or the count without wraps
-        and resets, scaled. The first row has no interval: it is left out but of ``count``.
+        and resets, scaled. The first row has no interval: it is left out but of ``count``. After missing counts there is no
+        rate: the mean over more than an interval is none at its place.
     into : str
         Name of the result.
 
@@ -168,7 +169,7 @@ def counted(
         _refuse_no_counts(raw, column, values[..., i])
     lines = np.moveaxis(values, -2, -1)
     flat = [increments(raw.time, line, counter) for line in lines.reshape(-1, len(raw))]
-    made = np.array([_output(one, output) for one in flat]).reshape(lines.shape) * counter.scale
+    made = np.array([_output(one, output, period) for one in flat]).reshape(lines.shape) * counter.scale
     for i, column in enumerate(columns):
         events += tuple(_events(raw, column, flat[i :: len(columns)]))
     first = 0 if output == "count" else 1
@@ -185,10 +186,12 @@ def counted(
     return result, events
 
 
-def _output(one: Increments, output: str) -> FloatArray:
+def _output(one: Increments, output: str, period: float) -> FloatArray:
     if output == "count":
         return one.total
-    return one.counts / one.elapsed if output == "rate" else one.counts
+    if output == "increment":
+        return one.counts
+    return np.where(one.elapsed > GAP * period, np.nan, one.counts / one.elapsed)
 
 
 def _refuse_no_counts(stream: Stream, column: str, values: FloatArray) -> None:
@@ -208,7 +211,7 @@ def _gaps(stream: Stream, period: float) -> tuple[Event, ...]:
     if not gaps.any():
         return ()
     lost = int(np.sum(np.round(step[gaps] / period) - 1.0))
-    text = f"gaps of up to {float(step.max()):.6g} s: over each there is one count for the whole of it"
+    text = f"gaps of up to {float(step.max()):.6g} s: over each there is but one count"
     return (Event(float(stream.time[int(np.argmax(gaps))]), stream.name, "gap", text, lost),)
 
 
