@@ -14,7 +14,8 @@ the corrected states.
 What the models differ by (all that multiplies x) is evaluated at the nominal corrected by the estimate, also in open loop: a
 variable that a policy holds at its true value costs nothing, however far off the filter began. What multiplies e is evaluated
 where the filter ran: where the models do not differ, the moments of e are the filter's own covariance. So the error of an open
-loop's own linearisation, of second order in its misalignment, is not in it: it is no property of a reduction.
+loop's own linearisation, of second order in its misalignment, is not in it: it is no property of a reduction. Both models are
+discretised as the filter is.
 
 Sources: Maybeck, Stochastic Models, Estimation and Control, vol. 1, section 6.8; Brown and Hwang on suboptimal filters.
 """
@@ -28,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.analysis.error_sources import Source
+from estimfw.errors import NumericalError
 from estimfw.estimators.scan import SubSteps
 from estimfw.estimators.stretch import Stretch
 from estimfw.plan.truth_plan import TruthPlan
@@ -35,6 +37,7 @@ from estimfw.plan.truth_plan import TruthPlan
 __all__ = ["DualCovariance", "JointMoments"]
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 #: Numbers that the matrices of one batch of steps may hold.
 BATCH = 1 << 20
@@ -42,29 +45,47 @@ BATCH = 1 << 20
 
 @dataclass(frozen=True)
 class JointMoments:
-    """Second moments of the joint state after the updates of some steps.
+    """Second moments of the joint state after the updates of some steps, by source.
 
     Attributes
     ----------
-    steps : slice
+    steps : (K,) array of int
         Of the stretch.
-    moments : (K, S, N, N) array
-        By source; N = truth states + filter states + 1.
+    factor : (K, N, C) array
+        Columns of a factor of the moments that the sources bring at the start; N = truth states + filter states + 1.
+    column_source : (C,) array of int
+        Source of each column.
+    noise : (K, W, N, N) array
+        Moments that noises have brought since.
+    noise_source : (W,) array of int
+        Source of each.
+    sources : int
     map : (K, n, truth states) array
         M at the end of each step.
     """
 
-    steps: slice
-    moments: FloatArray
+    steps: IntArray
+    factor: FloatArray
+    column_source: IntArray
+    noise: FloatArray
+    noise_source: IntArray
+    sources: int
     map: FloatArray
 
+    def state_covariance(self) -> FloatArray:
+        """Second moments of the errors of the filter's states, all sources together, (K, n, n)."""
+        own = self._own
+        E = self.factor[:, own]
+        return np.asarray(E @ np.swapaxes(E, -1, -2) + self.noise[:, :, own, own].sum(axis=1))
+
     def states(self) -> FloatArray:
-        """Second moments of the errors of the filter's states, (K, S, n, n)."""
-        own = slice(self.map.shape[-1], self.map.shape[-1] + self.map.shape[-2])
-        return self.moments[..., own, own]
+        """Mean squares of the errors of the filter's states by source, (K, S, n)."""
+        squares = self.factor[:, self._own] ** 2
+        variances = np.einsum("kwii->kwi", self.noise[:, :, self._own, self._own])
+        return self._by_source(squares, variances)
 
     def outputs(self, ran: FloatArray, own: FloatArray, true: FloatArray) -> FloatArray:
-        """Mean squares (K, S, components) of the errors of outputs.
+        """Mean squares (K, S, components) of the errors of outputs by source.
 
         Parameters
         ----------
@@ -74,11 +95,28 @@ class JointMoments:
             The truth's at the corrected nominal.
         """
         J = np.concatenate([own @ self.map - true, -ran, np.zeros((*own.shape[:-1], 1))], axis=-1)
-        return np.asarray(np.einsum("kci,ksij,kcj->ksc", J, self.moments, J, optimize=True))
+        variances = np.einsum("kci,kwij,kcj->kwc", J, self.noise, J, optimize=True)
+        return self._by_source((J @ self.factor) ** 2, variances)
+
+    @property
+    def _own(self) -> slice:
+        return slice(self.map.shape[-1], self.map.shape[-1] + self.map.shape[-2])
+
+    def _by_source(self, squares: FloatArray, variances: FloatArray) -> FloatArray:
+        """(K, c, C) of columns and (K, W, c) of noises to (K, S, c)."""
+        belongs = np.zeros((squares.shape[-1], self.sources))
+        belongs[np.arange(squares.shape[-1]), self.column_source] = 1.0
+        total = np.swapaxes(squares @ belongs, -1, -2)
+        for w, source in enumerate(self.noise_source):
+            total[:, source] += np.maximum(variances[:, w], 0.0)
+        return np.asarray(total)
 
 
 class DualCovariance:
     """The recursion along the stretches of one run.
+
+    What is there at the start is carried as columns, so that a prior of any size loses nothing in the differences; only what
+    noises bring is carried as covariances.
 
     Parameters
     ----------
@@ -91,58 +129,109 @@ class DualCovariance:
 
     def __init__(self, truth: TruthPlan, sources: Sequence[Source], initial_row: FloatArray) -> None:
         self.truth, self.sources = truth, tuple(sources)
-        row = truth.plan.layout.complete(initial_row)
         self._doublings = SubSteps(truth.plan, initial_row)
-        self._moments = np.stack([s.initial for s in sources])
-        self._map = truth.map.evaluate(row)
-        n = self._moments.shape[-1]
+        self._factor = np.concatenate([s.initial for s in sources], axis=1)
+        self._column_source = np.repeat(np.arange(len(sources)), [s.initial.shape[1] for s in sources])
+        noisy = [i for i, s in enumerate(sources) if s.noises or s.readings]
+        n = self._factor.shape[0]
+        self._noise_source, self._noise = np.array(noisy, dtype=np.int64), np.zeros((len(noisy), n, n))
+        self._map = truth.map.evaluate(truth.plan.layout.complete(initial_row))
         self._correct, self._restart = np.eye(n), np.eye(n)
+        self._made: dict[float, FloatArray] = {}
 
-    def advance(self, stretch: Stretch) -> Iterator[JointMoments]:
-        """The moments along the next stretch, in batches."""
-        n = self._moments.shape[-1]
-        length = max(1, BATCH // (n * n * len(self.sources)))
+    def advance(self, stretch: Stretch, keep: IntArray | None = None) -> Iterator[JointMoments]:
+        """The moments along the next stretch, in batches.
+
+        Parameters
+        ----------
+        stretch : Stretch
+        keep : array of int, optional
+            Steps of the stretch that are wanted, ascending; all.
+
+        Raises
+        ------
+        NumericalError
+            They left the numbers, with the time.
+        """
+        wanted = np.arange(len(stretch)) if keep is None else keep
+        n = self._factor.shape[0]
+        length = max(1, BATCH // (n * n))
         for first in range(0, len(stretch), length):
             own = slice(first, min(first + length, len(stretch)))
-            T, N, M = self._matrices(stretch, own)
-            moments = np.empty((len(T), *self._moments.shape))
-            P = self._moments
-            for k in range(len(T)):
-                P = T[k] @ P @ T[k].T + N[k]
-                moments[k] = P
-            moments = 0.5 * (moments + np.swapaxes(moments, -1, -2))
-            self._moments = moments[-1]
-            yield JointMoments(own, moments, M)
+            inside = wanted[(wanted >= own.start) & (wanted < own.stop)]
+            with np.errstate(over="ignore", invalid="ignore"):
+                yield self._batch(stretch, own, inside)
 
-    def _matrices(self, stretch: Stretch, own: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Transition (K, N, N) and noise (K, S, N, N) of the joint state from update to update, and M (K, n, truth states)."""
+    def _batch(self, stretch: Stretch, own: slice, inside: IntArray) -> JointMoments:
+        T, spread, Q, K, R, M = self._matrices(stretch, own)
+        factors = np.empty((len(inside), *self._factor.shape))
+        noises = np.empty((len(inside), *self._noise.shape))
+        at = dict(zip(inside.tolist(), range(len(inside)), strict=True))
+        F, P = self._factor, self._noise
+        for k in range(len(T)):
+            F, P = T[k] @ F, T[k] @ P @ T[k].T + self._brought(spread[k], Q[k], K[k], R[k])
+            P = 0.5 * (P + np.swapaxes(P, -1, -2))
+            place = at.get(own.start + k)
+            if place is not None:
+                factors[place], noises[place] = F, P
+        if not (np.all(np.isfinite(F)) and np.all(np.isfinite(P))):
+            raise NumericalError(
+                f"the errors on the truth model left the numbers before t = {stretch.time[own.stop - 1]:g} s",
+                hint="a state that the filter does not have grows without bound",
+            )
+        self._factor, self._noise = F, P
+        sources = len(self.sources)
+        return JointMoments(
+            inside, factors, self._column_source, noises, self._noise_source, sources, M[inside - own.start]
+        )
+
+    def _brought(self, spread: FloatArray, Q: FloatArray, K: FloatArray, R: FloatArray) -> FloatArray:
+        """What the noises of one step bring, (W, N, N)."""
+        made = np.zeros_like(self._noise)
+        n = K.shape[0]
+        for w, i in enumerate(self._noise_source):
+            source = self.sources[i]
+            if source.noises == "all":
+                made[w] = spread @ Q.sum(axis=0) @ spread.T
+            elif source.noises:
+                made[w] = spread @ Q[list(source.noises)].sum(axis=0) @ spread.T
+            if source.readings:
+                rows = slice(None) if source.readings == "all" else list(source.readings)
+                part = K[:, rows]
+                made[w, -1 - n : -1, -1 - n : -1] += part @ R[rows][:, rows] @ part.T
+        return made
+
+    def _matrices(self, stretch: Stretch, own: slice) -> tuple[FloatArray, ...]:
+        """Of the steps from update to update.
+
+        The transition (K, N, N) of the joint state, what takes the truth's process noise to it (K, N, truth states), that noise
+        (K, noise inputs, truth states, truth states), the gains (K, n, rows), the truth's measurement noise (K, rows, rows), M.
+        """
         truth, chunk = self.truth, stretch.chunk
         end = truth.plan.layout.complete(stretch.best_rows[1][own])
         M = truth.map.evaluate(end)
         before = np.concatenate([self._map[None], M[:-1]])
         Phi, Q, _ = stretch.plan.transitions(stretch.rows[0][own], chunk.inputs[own], chunk.dt[own], stretch.doublings)
         K = gains(stretch, own, Phi, Q)
-        A, W = self._predicted(stretch, own, Phi, before, M)
+        A, spread = self._predicted(stretch, own, Phi, before, M)
         B = self._updated(stretch, own, K, M, end)
-        T, N = B @ A, B[:, None] @ W @ np.swapaxes(B, -1, -2)[:, None]
-        N += self._readings(stretch.plan.noise(chunk.interval[own]), K)
         correct, restart = self._corrections(stretch, own, M)
         first = np.concatenate([self._correct[None], correct[:-1]])
         anew = np.concatenate([self._restart[None], restart[:-1]])
         first = np.where(chunk.restart[own][:, None, None], anew @ first, first)
         self._map, self._correct, self._restart = M[-1], correct[-1], restart[-1]
-        return T @ first, N, M
+        R = truth.noise(chunk.interval[own])
+        return B @ A @ first, B @ spread, self._process_noise(stretch, own), K, R, M
 
     def _predicted(
         self, stretch: Stretch, own: slice, ran: FloatArray, before: FloatArray, after: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """A (K, N, N) and the process noise (K, S, N, N) of the predictions."""
+        """A (K, N, N) of the predictions, and what takes the truth's process noise to the joint state (K, N, truth states)."""
         plan, truth, chunk = stretch.plan, self.truth.plan, stretch.chunk
         process, dt, u = stretch.best_rows[0][own], chunk.dt[own], chunk.inputs[own]
         Phi_f, _, d_f = plan.transitions(plan.layout.complete(process), u, dt, stretch.doublings)
         row = truth.layout.complete(process)
-        u = u[:, list(self.truth.inputs)]
-        Phi_t, Q, d_t = truth.transitions(row, u, dt, self._doublings)
+        Phi_t, _, d_t = truth.transitions(row, u[:, list(self.truth.inputs)], dt, self._doublings)
         a, n = truth.F.shape[0], plan.F.shape[0]
         A = np.zeros((len(dt), a + n + 1, a + n + 1))
         A[:, :a, :a], A[:, a:-1, a:-1], A[:, -1, -1] = Phi_t, ran, 1.0
@@ -150,14 +239,27 @@ class DualCovariance:
         A[:, :a, -1], A[:, a:-1, -1] = d_t, np.einsum("kij,kj->ki", after, d_t) - d_f
         spread = np.zeros((len(dt), a + n + 1, a))
         spread[:, :a], spread[:, a:-1] = np.eye(a), after
-        W = np.zeros((len(dt), len(self.sources), a + n + 1, a + n + 1))
-        for i, source in enumerate(self.sources):
-            if source.noises == "all":
-                W[:, i] = spread @ Q @ np.swapaxes(spread, -1, -2)
-            for noise in () if source.noises == "all" else source.noises:
-                alone = replace(truth, D=self.truth.noises[noise][1])
-                W[:, i] += spread @ alone.transitions(row, u, dt, self._doublings)[1] @ np.swapaxes(spread, -1, -2)
-        return A, W
+        return A, spread
+
+    def _process_noise(self, stretch: Stretch, own: slice) -> FloatArray:
+        """Q of each noise input of the truth, (K, noise inputs, truth states, truth states)."""
+        truth, chunk = self.truth.plan, stretch.chunk
+        dt, a = chunk.dt[own], truth.F.shape[0]
+        row = truth.layout.complete(stretch.best_rows[0][own])
+        if not self.truth.noises:
+            return np.zeros((len(dt), 0, a, a))
+        if not truth.time_invariant:
+            return self._noises(row, dt)
+        lengths, which = np.unique(dt, return_inverse=True)
+        for length in lengths:
+            if float(length) not in self._made:
+                self._made[float(length)] = self._noises(row[:1], np.array([length]))[0]
+        return np.stack([self._made[float(length)] for length in lengths])[which.ravel()]
+
+    def _noises(self, row: FloatArray, dt: FloatArray) -> FloatArray:
+        nothing = np.zeros((len(dt), len(self.truth.inputs)))
+        alone = (replace(self.truth.plan, D=diffusion) for _, diffusion in self.truth.noises)
+        return np.stack([one.transitions(row, nothing, dt, self._doublings)[1] for one in alone], axis=1)
 
     def _updated(self, stretch: Stretch, own: slice, K: FloatArray, M: FloatArray, end: FloatArray) -> FloatArray:
         """B (K, N, N) of the updates with the gains K (K, n, rows) of the filter."""
@@ -168,17 +270,6 @@ class DualCovariance:
         B[:, a:-1, :a] = -K @ (H_t - H_f @ M)
         B[:, a:-1, a:-1] -= K @ plan.design(stretch.rows[1][own])
         return B
-
-    def _readings(self, R: FloatArray, K: FloatArray) -> FloatArray:
-        """The measurement noise's part (K, S, N, N)."""
-        size, n = self._moments.shape[-1], K.shape[-2]
-        N = np.zeros((len(K), len(self.sources), size, size))
-        for i, source in enumerate(self.sources):
-            rows = slice(None) if source.readings == "all" else list(source.readings)
-            part = K[..., rows]
-            noise = R[:, rows][..., rows]
-            N[:, i, size - 1 - n : -1, size - 1 - n : -1] = part @ noise @ np.swapaxes(part, -1, -2)
-        return N
 
     def _corrections(self, stretch: Stretch, own: slice, M: FloatArray) -> tuple[FloatArray, FloatArray]:
         """What follows the updates: a correction of the provider (K, N, N), and one with a new start."""
@@ -200,7 +291,10 @@ class DualCovariance:
 
 
 def gains(stretch: Stretch, own: slice, Phi: FloatArray, Q: FloatArray) -> FloatArray:
-    """The gains (K, n, rows) of the updates that were made, zero for what was not fused; Phi, Q (K, n, n) as they were."""
+    """The gains (K, n, rows) of the updates that were made, zero for what was not fused; Phi, Q (K, n, n) as they were.
+
+    Found anew from the covariances: where a prior is more than some 1e6 times as large as a noise, not to all digits.
+    """
     plan, chunk = stretch.plan, stretch.chunk
     known = np.concatenate([stretch.covariance_before[None], stretch.result.covariance])[own.start : own.stop]
     P = np.where(chunk.restart[own][:, None, None], stretch.prior, known)

@@ -31,8 +31,8 @@ class Source:
     kind : str
     name : str
         Labels of what it is.
-    initial : (N, N) array
-        Second moments that it brings to the joint state at the start, see `estimfw.analysis.dual_covariance`.
+    initial : (N, columns) array
+        What it brings to the joint state at the start (see `estimfw.analysis.dual_covariance`): a factor of its second moments.
     noises : tuple of int, or 'all'
         Noise inputs of the truth plan.
     readings : tuple of int, or 'all'
@@ -58,16 +58,15 @@ def all_sources(mean: FloatArray, covariance: FloatArray, map: FloatArray, own_m
     own_mean : (n,) array
         What the filter begins with.
     """
-    known = _known(mean, map, own_mean)
-    return (Source("all", "all", _joint(covariance, map) + np.outer(known, known), "all", "all"),)
+    known = _known(mean, map, own_mean)[:, None]
+    return (Source("all", "all", np.hstack([_joint(covariance, map), known]), "all", "all"),)
 
 
 def single_sources(
     truth: TruthPlan, of: Plan, mean: FloatArray, covariance: FloatArray, map: FloatArray, own_mean: FloatArray
 ) -> tuple[Source, ...]:
     """Each on its own; parameters as for `all_sources`."""
-    size = covariance.shape[0] + map.shape[0] + 1
-    nothing = np.zeros((size, size))
+    nothing = np.zeros((covariance.shape[0] + map.shape[0] + 1, 0))
     made = []
     for group in _groups(covariance):
         alone = np.zeros_like(covariance)
@@ -76,15 +75,13 @@ def single_sources(
             name = " + ".join(truth.plan.states[i] for i in group)
             made.append(Source("initial error", name, _joint(alone, map)))
     made.extend(Source("process noise", label, nothing, noises=(i,)) for i, (label, _) in enumerate(truth.noises))
-    at = 0
-    for m in of.measurements:
-        for group in _groups(np.array(m.R)):
-            name = " + ".join(m.labels[i] for i in group)
-            made.append(Source("measurement noise", name, nothing, readings=tuple(at + i for i in group)))
-        at += m.rows
+    labels = [label for m in of.measurements for label in m.labels]
+    for group in _groups(truth.noise(np.ones((1, len(of.measurements))))[0]):
+        name = " + ".join(labels[i] for i in group)
+        made.append(Source("measurement noise", name, nothing, readings=tuple(group)))
     known = _known(mean, map, own_mean)
-    if np.any(known[:-1]) or truth.plan.inputs:
-        made.append(Source("known values", "means of the prior and known inputs", np.outer(known, known)))
+    if np.any(known[:-1]) or of.inputs:
+        made.append(Source("known values", "means of the prior and known inputs", known[:, None]))
     return tuple(made)
 
 
@@ -95,8 +92,13 @@ def _groups(covariance: FloatArray) -> list[list[int]]:
 
 
 def _joint(covariance: FloatArray, map: FloatArray) -> FloatArray:
-    spread = np.vstack([np.eye(map.shape[1]), map, np.zeros((1, map.shape[1]))])
-    return np.asarray(spread @ covariance @ spread.T)
+    """A factor (N, columns) of what errors of this covariance bring to the joint state."""
+    sigma = np.sqrt(np.diag(covariance))
+    unit = np.where(sigma > 0.0, sigma, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    live = values > 1e-15
+    factor = unit[:, None] * vectors[:, live] * np.sqrt(values[live])
+    return np.vstack([factor, map @ factor, np.zeros((1, factor.shape[1]))])
 
 
 def _known(mean: FloatArray, map: FloatArray, own_mean: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ __all__ = ["command"]
     "--truth",
     type=click.Path(path_type=Path),
     metavar="FULL",
-    help="A config whose model, before its policies, is the truth (default: the config's own unreduced model).",
+    help="A config whose model, before its policies, is the truth (default: the own unreduced model); --set is not for it.",
 )
 @click.option(
     "-o",

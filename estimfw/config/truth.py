@@ -15,6 +15,7 @@ from estimfw.plan.plan import Plan
 from estimfw.plan.truth_plan import TruthPlan, make_truth_plan
 from estimfw.policies.change import Change
 from estimfw.policies.truth import TruthModel, truth_model
+from estimfw.spelling import did_you_mean
 
 __all__ = ["Truth", "own_truth", "truth_of"]
 
@@ -46,7 +47,22 @@ def truth_of(
         The truth model cannot be evaluated with this provider.
     """
     made = truth_model(full, changes, provider.operations, computed, reference, real)
-    return Truth(made, make_truth_plan(made.model, made.map, plan, provider.slots))
+    truth = make_truth_plan(made.model, made.map, plan, provider.slots)
+    if real is not None:
+        _refuse_missing(truth, plan)
+    return Truth(made, truth)
+
+
+def _refuse_missing(truth: TruthPlan, plan: Plan) -> None:
+    """What the filter measures or tells has to be there in a truth of another config, or nothing would be true of it."""
+    rows = [label for m in plan.measurements for label in m.labels]
+    for label, place in zip(rows, truth.rows, strict=True):
+        if place < 0:
+            known = (label for m in truth.plan.measurements for label in m.labels)
+            raise ConfigError(f"the truth model does not measure {label}", hint=did_you_mean(label, known))
+    for (output, _), jacobian in zip(plan.outputs, truth.jacobians, strict=True):
+        if jacobian is None:
+            raise ConfigError(f"the truth model has no output {output.name!r}, which the filter has")
 
 
 def own_truth(

@@ -35,6 +35,8 @@ class TruthPlan:
         Diffusion (truth states, truth states) of each noise input's axis; their sum is ``plan.D``.
     rows : tuple of int
         For each row of the filter's measurements its place among those of the truth plan, -1 where the truth has none.
+    measurements : tuple of int
+        For each measurement of the truth plan its place among those of the filter, -1 where the filter has none.
     inputs : tuple of int
         For each known input of the truth plan its place among those of the filter.
     jacobians : tuple of Lowered or None
@@ -46,6 +48,7 @@ class TruthPlan:
     map: Lowered
     noises: tuple[tuple[str, Lowered], ...]
     rows: tuple[int, ...]
+    measurements: tuple[int, ...]
     inputs: tuple[int, ...]
     jacobians: tuple[Lowered | None, ...]
 
@@ -54,6 +57,13 @@ class TruthPlan:
         H = self.plan.design(rows)
         padded = np.concatenate([H, np.zeros((*H.shape[:-2], 1, H.shape[-1]))], axis=-2)
         return padded[..., list(self.rows), :]
+
+    def noise(self, interval: FloatArray) -> FloatArray:
+        """The truth's R (K, rows of the filter, rows of the filter) for intervals (K, measurements of the filter) in s."""
+        ones = np.ones((interval.shape[0], 1))
+        R = self.plan.noise(np.hstack([interval, ones])[:, list(self.measurements)])
+        padded = np.pad(R, ((0, 0), (0, 1), (0, 1)))
+        return padded[:, list(self.rows)][..., list(self.rows)]
 
 
 def make_truth_plan(model: Model, map: Coefficient, of: Plan, slots: tuple[CorrectionSlot, ...]) -> TruthPlan:
@@ -78,6 +88,7 @@ def make_truth_plan(model: Model, map: Coefficient, of: Plan, slots: tuple[Corre
     layout = NominalLayout(of.layout.variables, (*model.derived, *model.held))
     plan = make_plan(model, layout, slots, of.discretisation, {})
     places = {label: i for i, label in enumerate(label for m in plan.measurements for label in m.labels)}
+    names = [m.name for m in of.measurements]
     outputs = {o.name: jacobian for o, jacobian in plan.outputs}
     return TruthPlan(
         plan=plan,
@@ -85,6 +96,7 @@ def make_truth_plan(model: Model, map: Coefficient, of: Plan, slots: tuple[Corre
         map=lower(map, layout),
         noises=_noises(model, layout),
         rows=tuple(places.get(label, -1) for m in of.measurements for label in m.labels),
+        measurements=tuple(names.index(m.name) if m.name in names else -1 for m in plan.measurements),
         inputs=_inputs(plan, of),
         jacobians=tuple(outputs.get(o.name) for o, _ in of.outputs),
     )

@@ -33,12 +33,15 @@ class TruthModel:
         Operations that the provider leaves out, and that are therefore missing here too.
     unmodelled : tuple of str
         Operations that the provider computes and that no model knows the errors of: they cannot be priced.
+    absent : tuple of str
+        States that the filter's own unreduced model has and this one does not: they are zero in truth.
     """
 
     model: Model
     map: Coefficient
     not_computed: tuple[str, ...] = ()
     unmodelled: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
 
     @property
     def removed(self) -> tuple[str, ...]:
@@ -94,11 +97,17 @@ def truth_model(
         model=model,
         map=_columns(_composed(full, changes), full, model),
         not_computed=tuple(o.name for o in left_out),
+        absent=tuple(s for s in full.states if s not in richest.states),
         unmodelled=tuple(o.name for o in operations if o.name in computed and not _mirrored(richest, o)),
     )
 
 
 def _refuse_other_units(full: Model, real: Model) -> None:
+    if not set(full.states) & set(real.states):
+        raise ConfigError(
+            "the truth model has no state in common with the filter's",
+            hint=f"states are matched by label; it has {', '.join(real.states)}",
+        )
     for block in full.blocks:
         for other in real.blocks:
             if not set(block.labels) & set(other.labels):

@@ -29,9 +29,9 @@ def budget_charts(budget: Budget) -> tuple[Chart, ...]:
         tail = f"_{part + 1}" if part else ""
         stacked = tuple(_stacked(budget, i, named, time) for i in own)
         charts.append(Chart(f"shares{tail}", "shares", "What the errors come from", scale.unit, stacked, SHARES))
-        sigmas = tuple(_sigmas(budget, i, time) for i in own)
+        sigmas = tuple(p for p in (_sigmas(budget, i, time) for i in own) if not p.is_blank())
         charts.append(Chart(f"sigmas{tail}", "sigmas", "Sigma: honest and own", scale.unit, sigmas))
-    return tuple(charts)
+    return tuple(chart for chart in charts if chart.panels)
 
 
 SHARES = "Shares of the mean square error; 100 % is the square of the honest sigma."
@@ -51,12 +51,9 @@ def _stacked(budget: Budget, quantity: int, named: list[int], time: FloatArray) 
         upper = lower + shares[:, s]
         bands.append(Band(budget.sources[s].name, time, lower, upper, f"{colour}b0"))
         lower = upper
-    rest = np.full(len(time), np.nan)
     if len(named) < sum(bool(np.any(budget.shares[:, s] > 1e-4)) for s in range(len(budget.sources))):
         bands.append(Band("other", time, lower, np.minimum(shares.sum(axis=1), 100.0), f"{SOFT}40"))
-    return Panel(
-        budget.quantities[quantity], "%", (Curve("", time, rest, SOFT, listed=False),), tuple(bands), view=(0.0, 100.0)
-    )
+    return Panel(budget.quantities[quantity], "%", (), tuple(bands), view=(0.0, 100.0))
 
 
 def _sigmas(budget: Budget, quantity: int, time: FloatArray) -> Panel:

@@ -31,7 +31,8 @@ def budget_page(budget: Budget) -> str:
         Section("sources", f"All sources at {end}", table(source_table(budget))),
     ]
     title = f"Error budget: {budget.name}"
-    told = f"Errors of this filter on the model of: {budget.truth_name}"
+    told = f"Errors of this filter on the model of: {budget.truth_name}."
+    told += f" Zero in that model: {', '.join(budget.absent)}." if budget.absent else ""
     header = f"<header>\n<h1>{escape(title)}</h1>\n<p>{escape(told)}</p>\n</header>\n"
     return document(title, header, sections, charts, __version__)
 

@@ -11,7 +11,7 @@ from estimfw.run.budget import Budget
 __all__ = ["budget_json", "largest_texts", "shown_quantities", "source_table"]
 
 NEGLIGIBLE = 1e-3
-"""Share of the mean square error below which a number is set in grey words only."""
+"""Part of the total sigma below which a contribution is written as 0."""
 
 
 def shown_quantities(budget: Budget) -> range:
@@ -62,6 +62,7 @@ def budget_json(budget: Budget) -> dict[str, Any]:
     return {
         "title": budget.name,
         "truth": budget.truth_name,
+        "zero_in_truth": list(budget.absent),
         "time": budget.time.tolist(),
         "sources": [{"kind": s.kind, "name": s.name} for s in budget.sources],
         "quantities": [

@@ -18,6 +18,8 @@ def print_budget(budget: Budget, console: Console) -> None:
     console.print(Text(f"Error budget: {budget.name}", style="bold"))
     if budget.truth_name != budget.name:
         console.print(Text(f"on the model of: {budget.truth_name}", style="dim"))
+    if budget.absent:
+        console.print(Text(f"zero in that model: {', '.join(budget.absent)}", style="yellow"))
     for text in largest_texts(budget):
         console.print(Text(f"  {text}"))
     print_table(console, f"Contributions to sigma at {plain(float(budget.time[-1]))} s", source_table(budget))

@@ -66,8 +66,9 @@ class Panel:
         return float(np.log10(high / low)) if low > 0 else 0.0
 
     def is_blank(self) -> bool:
-        """No curve has a finite value."""
-        return not any(np.isfinite(curve.values).any() for curve in self.curves)
+        """No curve has a finite value, nor has a band where there are no curves."""
+        values = [c.values for c in self.curves] or [band.upper for band in self.bands]
+        return not any(np.isfinite(one).any() for one in values)
 
 
 @dataclass(frozen=True, slots=True)

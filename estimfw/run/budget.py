@@ -22,6 +22,9 @@ __all__ = ["Budget", "BudgetSource", "error_budget"]
 
 FloatArray = NDArray[np.float64]
 
+#: Share of the mean square error below which a source is not worth naming.
+LEAST = 1e-6
+
 
 @dataclass(frozen=True, slots=True)
 class BudgetSource:
@@ -39,6 +42,8 @@ class Budget:
     ----------
     name, truth_name : str
         Of the filter, and of the model that its errors are measured with.
+    absent : tuple of str
+        States of the filter's own unreduced model that the truth does not have: they are zero in it.
     time : (T,) array, s
     quantities : tuple of str
         Outputs, then states.
@@ -57,6 +62,7 @@ class Budget:
 
     name: str
     truth_name: str
+    absent: tuple[str, ...]
     time: FloatArray
     quantities: tuple[str, ...]
     units: tuple[str, ...]
@@ -74,9 +80,9 @@ class Budget:
         return np.divide(self.contributions**2, square, out=np.zeros_like(self.contributions), where=square > 0.0)
 
     def largest(self, quantity: int, count: int = 3) -> tuple[int, ...]:
-        """The sources that contribute most at the end, the largest first; those that contribute nothing are none."""
-        end = self.contributions[-1, :, quantity]
-        return tuple(int(i) for i in np.argsort(-end, kind="stable")[:count] if end[i] > 0.0)
+        """The sources that contribute most at the end, the largest first; those with hardly a share are none."""
+        share = self.shares[-1, :, quantity]
+        return tuple(int(i) for i in np.argsort(-share, kind="stable")[:count] if share[i] > LEAST)
 
 
 def error_budget(problem: Problem, real: Problem | None = None, progress: Progress | None = None) -> Budget:
@@ -123,12 +129,10 @@ class _Apart:
         self._wanted = covariance_steps(len(prepared.steps), prepared.problem.estimator.covariance_samples)
 
     def __call__(self, stretch: Stretch) -> None:
-        for joint in self._dual.advance(stretch):
-            first, last = self._at + joint.steps.start, self._at + joint.steps.stop
-            inside = self._wanted[(self._wanted >= first) & (self._wanted < last)] - first
-            outputs = output_moments(self._truth, stretch, joint)[inside]
-            states = np.einsum("ksii->ksi", joint.states()[inside])
-            self._parts.append(np.sqrt(np.maximum(np.concatenate([outputs, states], axis=2), 0.0)))
+        inside = self._wanted[(self._wanted >= self._at) & (self._wanted < self._at + len(stretch))] - self._at
+        for joint in self._dual.advance(stretch, inside):
+            squares = np.concatenate([output_moments(self._truth, stretch, joint), joint.states()], axis=2)
+            self._parts.append(np.sqrt(np.maximum(squares, 0.0)))
         self._at += len(stretch)
 
     def budget(self, done: Collected, truth_name: str) -> Budget:
@@ -142,6 +146,7 @@ class _Apart:
         return Budget(
             name=str(problem.config.name),
             truth_name=truth_name,
+            absent=self._truth.model.absent,
             time=done.prepared.steps.time[self._wanted],
             quantities=(*labels, *problem.plan.states),
             units=tuple(shown),
@@ -164,4 +169,6 @@ class _Apart:
 def _seen(map: FloatArray, sigma: FloatArray) -> FloatArray:
     """Which part (a,) of the variance of each truth state the states of the filter can stand for."""
     scaled = map * np.where(sigma > 0.0, sigma, 1.0)
-    return np.asarray(np.diag(np.linalg.pinv(scaled) @ scaled))
+    length = np.linalg.norm(scaled, axis=1, keepdims=True)
+    scaled = scaled / np.where(length > 0.0, length, 1.0)
+    return np.asarray(np.diag(np.linalg.pinv(scaled, rcond=1e-9) @ scaled))

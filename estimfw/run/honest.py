@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from estimfw.analysis.dual_covariance import DualCovariance, JointMoments
 from estimfw.analysis.error_sources import Source, all_sources
 from estimfw.config.truth import Truth
+from estimfw.errors import NumericalError
 from estimfw.estimators.stretch import Stretch
 from estimfw.run.found_start import with_found_covariance
 from estimfw.run.prepare import Prepared
@@ -51,7 +52,7 @@ def output_moments(truth: Truth, stretch: Stretch, joint: JointMoments) -> Float
         J = own.evaluate(own_rows)
         J_t = true.evaluate(true_rows) if true is not None else np.zeros((*J.shape[:-1], joint.map.shape[-1]))
         parts.append(joint.outputs(own.evaluate(ran), J, J_t))
-    return np.concatenate(parts, axis=2) if parts else np.zeros((len(rows), joint.moments.shape[1], 0))
+    return np.concatenate(parts, axis=2) if parts else np.zeros((len(rows), joint.sources, 0))
 
 
 @dataclass(frozen=True)
@@ -72,28 +73,44 @@ class HonestSigma:
     truth : Truth
     wanted : (samples,) array of int
         Steps of which the whole covariance is kept.
+
+    Attributes
+    ----------
+    lost : str
+        Why there is no honest sigma: the errors on the truth model left the numbers, which is no fault of the filter.
     """
 
     def __init__(self, prepared: Prepared, truth: Truth, wanted: NDArray[np.int64]) -> None:
         start = truth_start(prepared, truth)
         sources: tuple[Source, ...] = all_sources(start.mean, start.covariance, start.map, prepared.prior[0])
         self._truth, self._wanted, self._at = truth, wanted, 0
-        self._dual = DualCovariance(truth.plan, sources, prepared.state.row)
         self._parts: list[Honest] = []
+        self.lost = ""
+        try:
+            self._dual = DualCovariance(truth.plan, sources, prepared.state.row)
+        except NumericalError as error:
+            self.lost = error.message
 
     def __call__(self, stretch: Stretch) -> None:
-        for joint in self._dual.advance(stretch):
-            covariance = joint.states()[:, 0]
-            first, last = self._at + joint.steps.start, self._at + joint.steps.stop
-            inside = self._wanted[(self._wanted >= first) & (self._wanted < last)] - first
-            self._parts.append(
-                Honest(
-                    _root(np.einsum("kii->ki", covariance)),
-                    _root(output_moments(self._truth, stretch, joint)[:, 0]),
-                    covariance[inside],
-                )
-            )
+        if self.lost:
+            return
+        try:
+            for joint in self._dual.advance(stretch):
+                self._keep(stretch, joint)
+        except NumericalError as error:
+            self.lost = error.message
         self._at += len(stretch)
+
+    def _keep(self, stretch: Stretch, joint: JointMoments) -> None:
+        covariance = joint.state_covariance()
+        inside = np.isin(joint.steps + self._at, self._wanted)
+        self._parts.append(
+            Honest(
+                _root(np.einsum("kii->ki", covariance)),
+                _root(output_moments(self._truth, stretch, joint)[:, 0]),
+                covariance[inside],
+            )
+        )
 
     def collected(self) -> Honest:
         """All of it so far."""

@@ -103,7 +103,12 @@ def run_problem(
     pieces, filtering = _scan(prepared, progress, wanted, watchers)
     timing = Timing(loaded - begin, ready - loaded, filtering)
     done = _collect(prepared, pieces, wanted, timing)
-    return replace(done, honest=honest.collected()) if honest is not None else done
+    if honest is None:
+        return done
+    if honest.lost:
+        told = Event(float("nan"), "truth model", "no honest sigma", honest.lost)
+        return replace(done, events=(*done.events, told))
+    return replace(done, honest=honest.collected())
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ import numpy as np
 
 from tests.cli.conftest import Told
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 STATIC = ("examples/static_7.yaml", "--set", "source.duration=30 s")
 TRACKER = ("examples/tracker.yaml", "--set", "source.duration=20 s")
 
@@ -47,11 +48,29 @@ def test_a_page_and_a_picture_are_written_once(estimfw: Callable[..., Told]) -> 
     assert estimfw("budget", *TRACKER, "-o", "page.html", "--force").code == 0
 
 
-def test_a_truth_that_the_nominal_cannot_make_is_told(estimfw: Callable[..., Told]) -> None:
+def test_a_truth_of_something_else_is_refused(estimfw: Callable[..., Told]) -> None:
     told = estimfw("budget", *TRACKER, "--truth", "examples/static_12.yaml")
+    assert told.code == 3
+    assert "no state in common" in told.err and "attitude_error[E]" in told.err
+
+
+def test_a_truth_that_lacks_what_the_filter_measures_is_refused_with_the_nearest(estimfw: Callable[..., Told]) -> None:
+    text = (EXAMPLES / "tracker.yaml").read_text()
+    Path("other.yaml").write_text(text.replace("  fix:", "  fixx:"))
+    told = estimfw("budget", *TRACKER, "--truth", "other.yaml")
+    assert told.code == 3
+    assert "does not measure fix[x]" in told.err and "fixx[x]" in told.err
+
+
+def test_states_that_are_zero_in_the_truth_are_named(estimfw: Callable[..., Told]) -> None:
+    told = estimfw("budget", "examples/tracker_bias.yaml", "--set", "source.duration=20 s", "--truth", "lesser.yaml")
     assert told.code != 0
-    assert "nominal variable" in told.err
-    assert "Traceback" not in told.err
+    text = (EXAMPLES / "tracker_bias.yaml").read_text()
+    lesser = "\n".join(line for line in text.splitlines() if not line.startswith("  beacon_bias:"))
+    Path("lesser.yaml").write_text(lesser.replace(", {block: beacon_bias}", "").replace("{block: beacon_bias}", ""))
+    told = estimfw("budget", "examples/tracker_bias.yaml", "--set", "source.duration=20 s", "--truth", "lesser.yaml")
+    assert told.code == 0, told.err
+    assert "zero in that model: beacon_bias[x], beacon_bias[y]" in told.out
 
 
 def test_other_pages_than_html_are_refused(estimfw: Callable[..., Told]) -> None:

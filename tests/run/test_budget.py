@@ -157,3 +157,45 @@ def test_a_truth_in_other_units_is_refused(composed: Composed) -> None:
     warm = REAL.replace(WANDERING, CONSTANT.replace("8 m", "8 K").replace("unit: m", "unit: K"))
     with pytest.raises(ConfigError, match=r"drift is in K .* in m"):
         error_budget(composed(ASSUMED), composed(warm.replace(", {block: drift}", "")))
+
+
+def test_the_noise_of_the_measurements_is_that_of_the_truth(composed: Composed) -> None:
+    """A filter that believes the survey too much."""
+    trusting = composed(REAL.replace("noise: 20 m", "noise: 1 m"))
+    budget = error_budget(trusting, composed(REAL))
+    rms = np.sqrt((last_errors(trusting, composed(REAL), 17) ** 2).mean(axis=0))
+    assert within(rms, budget.total[-1], 400)
+    assert not within(rms, budget.own[-1], 400)
+
+
+def test_a_known_input_that_the_truth_lacks_is_a_source(example: Example) -> None:
+    cold = example("thermal", "process.heating.coefficient=0.0", "source.duration=600 s")
+    budget = error_budget(example("thermal", "source.duration=600 s"), cold)
+    together = np.sqrt((budget.contributions**2).sum(axis=1))
+    assert np.all(np.abs(together - budget.total) <= 1e-9 * budget.total)
+    core = column(budget, "core")
+    assert budget.sources[budget.largest(core)[0]].kind == "known values"
+
+
+@pytest.mark.parametrize("sigma", ["10 m", "1e4 m", "1e6 m"])
+def test_a_large_prior_loses_nothing_in_the_sum(example: Example, sigma: str) -> None:
+    short = ("source.duration=20 s", "estimator.gate=null", f"blocks.position.sigma={sigma}")
+    budget = error_budget(example("tracker_bias", *short, f"blocks.radar_bias.sigma={sigma}"))
+    together = np.sqrt((budget.contributions**2).sum(axis=1))
+    assert np.all(np.abs(together - budget.total) <= 1e-9 * budget.total)
+    assert np.all(np.abs(budget.total / budget.own - 1.0)[-1] < 1e-5)
+
+
+def test_what_is_removed_does_not_hang_on_the_sizes_of_others(example: Example) -> None:
+    kinds = {
+        size: {s.name: s.kind for s in error_budget(example("static_7", "source.duration=5 s", size)).sources}
+        for size in ("blocks.velocity_error.sigma=0.1 m/s", "blocks.velocity_error.sigma=1e9 m/s")
+    }
+    first, second = kinds.values()
+    assert first == second and first["gyro_bias[R]"] == "removed state" and first["gyro_bias[U]"] == "initial error"
+
+
+def test_a_source_of_rounding_is_not_named(example: Example) -> None:
+    budget = error_budget(example("tracker", "source.duration=60 s"))
+    for i in range(len(budget.quantities)):
+        assert min(budget.shares[-1, s, i] for s in budget.largest(i)) > 1e-6

@@ -12,8 +12,11 @@ from scipy.linalg import expm
 
 from estimfw.analysis import dual_covariance
 from estimfw.config.compose import Problem
+from estimfw.errors import NumericalError
 from estimfw.run import run as runner
+from estimfw.run.budget import error_budget
 from estimfw.run.dataset import result_dataset
+from estimfw.run.load import load_record
 from estimfw.run.run import run_problem
 
 FloatArray = NDArray[np.float64]
@@ -167,3 +170,25 @@ def test_honest_sigmas_do_not_depend_on_chunks_and_batches(
     assert whole is not None and pieces is not None
     np.testing.assert_allclose(pieces.sigma, whole.sigma, rtol=1e-12)
     np.testing.assert_allclose(pieces.covariance, whole.covariance, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "drift",
+    [
+        "{kind: gauss_markov, unit: m, sigma: 4 m, steady_sigma: 4 m, correlation_time: 1e-12 s}",
+        "{kind: random_constant, unit: m, sigma: 4 m}",
+    ],
+    ids=["stiff", "growing"],
+)
+def test_a_dropped_state_that_leaves_the_numbers_leaves_the_filter_alone(composed: Composed, drift: str) -> None:
+    text = (TRACKER % "").replace(
+        "{kind: gauss_markov, unit: m, sigma: 4 m, steady_sigma: 4 m, correlation_time: 30 s}", drift
+    )
+    grows = "  growth: {kind: couple, target: drift, source: drift, coefficient: 30}\nmeasurements:"
+    text = text.replace("measurements:", grows) if "random" in drift else text
+    record = load_record(composed(TRACKER % ""))
+    done = run_problem(composed(text), record=record)
+    assert done.honest is None and np.all(np.isfinite(done.estimate))
+    assert any(e.kind == "no honest sigma" for e in done.events)
+    with pytest.raises(NumericalError):
+        error_budget(composed(text))
