@@ -147,6 +147,28 @@ def test_38_a_late_odometer_is_put_at_its_instants_by_its_latency_and_what_is_lo
     assert "3 before 0.4 s, 0 after 20 s" in cut["text"]
 
 
+def test_38_a_late_odometer_that_nobody_told_of_shows_against_the_accelerometers(odometer: Odometer, imu: Any) -> None:
+    def speed(t: Any) -> Any:
+        return 10.0 + 2.0 * np.sin(0.9 * t) + np.cos(2.1 * t)
+
+    time = 0.1 * np.arange(1, 201)
+    log = imu.changed((slice(None), 5), lambda x: x + speed(time) - speed(time - 0.1)).csv()
+    distance = np.concatenate([[0.0], np.cumsum(0.1 * speed(time - 0.05))])
+    late = [(0.1 * k + 0.3, float(np.floor(distance[k] / 0.001))) for k in range(201)]
+    pulses = PULSES.replace("0.04 m", "0.001 m")
+    clock = "clock: {kind: shift, stream: odometer, latency: 0.3 s}"
+    watch = "watch: {kind: lag_check, stream: imu, column: speed, against: dvel_y}"
+    told = odometer(late, "source.checks=false", steps=(pulses, ONTO, watch), log=log)
+    assert "speed lags dvel_y by 0.3" in flagged(told, "imu")["lag"]["text"]
+    assert "lag" not in flagged(
+        odometer(late, "source.checks=false", steps=(clock, pulses, ONTO, watch), log=log), "imu"
+    )
+    strict = watch.replace("dvel_y", "dvel_y, action: refuse")
+    told = odometer(late, "source.checks=false", steps=(pulses, ONTO, strict), log=log)
+    assert told.code == 5
+    told.says("preprocess 'watch': stream 'imu': speed lags dvel_y by 0.3", "filter.yaml:23:10")
+
+
 def test_39_an_odometer_on_gps_time_is_refused_with_the_offset_that_cures_it(odometer: Odometer) -> None:
     week = drive(begin=604800.0)
     told = odometer(week)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from estimfw.config.generic.preprocessing import counter, fir_lowpass, join, jump_limit, shift, stuck
+from estimfw.config.generic.preprocessing import counter, fir_lowpass, join, jump_limit, lag_check, shift, stuck
 from estimfw.registry.component import Component
 
 __all__ = ["preprocessing_components"]
@@ -24,5 +24,8 @@ def preprocessing_components() -> list[Component]:
             "leave out readings that change faster than is possible: slip",
         ),
         Component("preprocess", "stuck", stuck.StuckConfig, stuck.stuck, "leave out readings of a sensor that stands still"),
+        Component(
+            "preprocess", "lag_check", lag_check.LagCheckConfig, lag_check.lag_check, "tell a column that lags another: clocks"
+        ),
         Component("preprocess", "join", join.JoinConfig, join.join, "columns of one stream onto the stamps of another"),
     ]  # fmt: skip
