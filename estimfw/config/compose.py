@@ -16,8 +16,8 @@ from estimfw.config.document import Document
 from estimfw.config.exact_quotient import refuse_inexact_quotient
 from estimfw.config.filter_config import FilterConfig
 from estimfw.config.generic.determination import misplaced_section
-from estimfw.config.generic.estimation import Estimation
-from estimfw.config.generic.kalman import KalmanConfig, discretisation
+from estimfw.config.generic.estimation import Estimation, RecursionSettings
+from estimfw.config.generic.kalman import discretisation
 from estimfw.config.generic.nominal import ConstantNominal
 from estimfw.config.generic.values import STATE_BYTES
 from estimfw.config.model_context import ModelContext
@@ -71,7 +71,7 @@ class Problem:
     plan : Plan
     kind : str
         Of the estimator.
-    estimator : KalmanConfig
+    estimator : KalmanConfig or UnscentedConfig
         How its recursion is done.
     initial : object or None
         Finds the start (``find``, ``reference``).
@@ -105,7 +105,7 @@ class Problem:
     reference: Mapping[str, FloatArray]
     plan: Plan
     kind: str
-    estimator: KalmanConfig
+    estimator: RecursionSettings
     initial: Any
     source: Any
     aiding: Mapping[str, Any]
@@ -312,7 +312,7 @@ def _estimation(cfg: FilterConfig, build: Builder) -> Estimation:
     return made
 
 
-def _refuse_unknown_gates(estimator: KalmanConfig, build: Builder, model: Model) -> None:
+def _refuse_unknown_gates(estimator: RecursionSettings, build: Builder, model: Model) -> None:
     for name in estimator.gates:
         if name not in {m.name for m in model.measurements}:
             raise ConfigError(
@@ -322,7 +322,9 @@ def _refuse_unknown_gates(estimator: KalmanConfig, build: Builder, model: Model)
             )
 
 
-def _plan(model: Model, provider: Any, settings: ProviderSettings, estimator: KalmanConfig, document: Document) -> Plan:
+def _plan(
+    model: Model, provider: Any, settings: ProviderSettings, estimator: RecursionSettings, document: Document
+) -> Plan:
     layout = NominalLayout(provider.variables(settings.computed), (*model.derived, *model.held))
     gates = {m.name: estimator.gates.get(m.name, estimator.gate) for m in model.measurements}
     try:

@@ -76,20 +76,7 @@ class NumbaScan:
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""
-        steps, n = len(chunk), len(self.plan.states)
-        rows, many = row_offsets(self.plan)[-1], len(self.plan.measurements)
-        result = ChunkResult(
-            estimate=np.empty((steps, n)),
-            covariance=np.empty((steps, n, n)),
-            rows=np.empty((steps, self.plan.layout.provided)),
-            provider=np.empty((steps, state.provider.shape[-1])),
-            innovation=np.full((steps, rows), np.nan),
-            sigma=np.full((steps, rows), np.nan),
-            nis=np.full((steps, many), np.nan),
-            disposition=np.full((steps, many), -1, dtype=np.int64),
-            used=np.zeros((steps, many), dtype=np.int64),
-            log_det=np.full((steps, many), np.nan),
-        )
+        result = ChunkResult.empty(self.plan, len(chunk), state.provider.shape[-1])
         x, form, provider = (np.array(a, order="C") for a in (state.x, state.form, state.provider))
         row = np.concatenate([state.row, np.zeros(self.width - state.row.shape[0])])
         d = self.plan.discretisation
@@ -105,7 +92,7 @@ class NumbaScan:
             (d.method == "van_loan", d.phi_order, d.q_order), doublings,
             (
                 self.settings.covariance == "ud", self.settings.closed_loop,
-                self.plan.time_invariant and not self.plan.inputs,
+                self.plan.steady and not self.plan.inputs,
             ),
             self.prior, self.correction,
             (

@@ -52,6 +52,7 @@ class NumpyScan:
         self.mean, self.form = prior[0], self.kernel.factor(prior[1])
         self.offsets = row_offsets(plan)
         self.thresholds = [plan.thresholds(m) for m in plan.measurements]
+        self.steady = plan.steady
         self.corrected = np.array(plan.corrected, dtype=bool)
         self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
 
@@ -64,21 +65,8 @@ class NumpyScan:
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""
-        steps, n, rows = len(chunk), len(self.plan.states), self.offsets[-1]
-        many = len(self.plan.measurements)
-        result = ChunkResult(
-            estimate=np.empty((steps, n)),
-            covariance=np.empty((steps, n, n)),
-            rows=np.empty((steps, self.plan.layout.provided)),
-            provider=np.empty((steps, state.provider.shape[-1])),
-            innovation=np.full((steps, rows), np.nan),
-            sigma=np.full((steps, rows), np.nan),
-            nis=np.full((steps, many), np.nan),
-            disposition=np.full((steps, many), -1, dtype=np.int64),
-            used=np.zeros((steps, many), dtype=np.int64),
-            log_det=np.full((steps, many), np.nan),
-        )
-        for k in range(steps):
+        result = ChunkResult.empty(self.plan, len(chunk), state.provider.shape[-1])
+        for k in range(len(chunk)):
             state = self._step(state, chunk, k, result)
         return state, result
 
@@ -110,12 +98,12 @@ class NumpyScan:
 
     def _tables(self, row: FloatArray, u: FloatArray, dt: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         key = (dt, u.tobytes())
-        if self.plan.time_invariant and key in self.tables:
+        if self.steady and key in self.tables:
             return self.tables[key]
         made = self.plan.discretised(row, u, np.array(dt), self.doublings(dt))
         if not np.all(np.isfinite(made[0])):
             raise NumericalError("the transition matrix is not finite", hint="the dynamics are too stiff for the step")
-        if self.plan.time_invariant and len(self.tables) < MOST_TABLES:
+        if self.steady and len(self.tables) < MOST_TABLES:
             self.tables[key] = made
         return made
 

@@ -89,6 +89,23 @@ class ChunkResult:
     used: IntArray
     log_det: FloatArray
 
+    @classmethod
+    def empty(cls, plan: Plan, steps: int, n_state: int) -> ChunkResult:
+        """Of so many steps, before they are done: nothing was due."""
+        n, rows, many = len(plan.states), row_offsets(plan)[-1], len(plan.measurements)
+        return cls(
+            estimate=np.empty((steps, n)),
+            covariance=np.empty((steps, n, n)),
+            rows=np.empty((steps, plan.layout.provided)),
+            provider=np.empty((steps, n_state)),
+            innovation=np.full((steps, rows), np.nan),
+            sigma=np.full((steps, rows), np.nan),
+            nis=np.full((steps, many), np.nan),
+            disposition=np.full((steps, many), -1, dtype=np.int64),
+            used=np.zeros((steps, many), dtype=np.int64),
+            log_det=np.full((steps, many), np.nan),
+        )
+
 
 def row_offsets(plan: Plan) -> list[int]:
     """Where each measurement's rows start among all rows; the last entry is their number."""

@@ -173,6 +173,9 @@ class BoundProvider(Protocol):
     """A provider bound to the structure of one model: pure functions over flat float64 arrays.
 
     ``state`` is (..., n_state), ``sample`` (..., n_sample), rows (..., row size). ``delta`` is (..., 3 * slots).
+
+    It may have ``difference(state, other) -> delta``, the inverse of ``correct``: ``correct(state, difference(state, other))``
+    has what ``other`` has in all slots. An unscented filter needs it.
     """
 
     params: FloatArray

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +19,7 @@ __all__ = ["NominalLayout"]
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class NominalLayout:
     """The provider's variables one after the other (C order), then the derived ones.
 
@@ -37,6 +38,7 @@ class NominalLayout:
     def size(self) -> int:
         return self.provided + sum(int(np.prod(d.shape, dtype=int)) for d in self.derived)
 
+    @cached_property
     def _offsets(self) -> dict[str, tuple[int, tuple[int, ...]]]:
         result: dict[str, tuple[int, tuple[int, ...]]] = {}
         at = 0
@@ -48,7 +50,7 @@ class NominalLayout:
 
     def places(self, name: str) -> range:
         """The positions in a row of all scalars of a variable."""
-        at, shape = self._offsets()[name]
+        at, shape = self._offsets[name]
         return range(at, at + int(np.prod(shape, dtype=int)))
 
     def position(self, name: str, index: tuple[int, ...]) -> int:
@@ -59,7 +61,7 @@ class NominalLayout:
         ConfigError
             The provider has no such variable.
         """
-        offsets = self._offsets()
+        offsets = self._offsets
         if name not in offsets:
             raise ConfigError(
                 f"the model needs the nominal variable {name!r}, which the nominal provider does not make",
@@ -82,7 +84,7 @@ class NominalLayout:
     def unpack(self, rows: FloatArray) -> dict[str, FloatArray]:
         """Views of the variables in rows (..., size), with their shapes behind the leading axes."""
         result = {}
-        for name, (at, shape) in self._offsets().items():
+        for name, (at, shape) in self._offsets.items():
             size = int(np.prod(shape, dtype=int))
             if at + size <= rows.shape[-1]:
                 result[name] = rows[..., at : at + size].reshape((*rows.shape[:-1], *shape))
@@ -95,10 +97,14 @@ class NominalLayout:
 
     def complete(self, rows: FloatArray) -> FloatArray:
         """Rows with the derived variables appended; the rows themselves where there are none."""
+        if not self.derived:
+            return rows
+        whole = np.full((*rows.shape[:-1], self.size), np.nan)
+        whole[..., : self.provided] = rows
+        values = self.unpack(whole)
         for d in self.derived:
-            value = derived_value(d, self.unpack(rows), rows.shape[:-1])
-            rows = np.concatenate([rows, value.reshape((*rows.shape[:-1], -1))], axis=-1)
-        return rows
+            values[d.name][...] = derived_value(d, values, rows.shape[:-1])
+        return whole
 
     def reasons(self, names: Iterable[str]) -> list[str]:
         """Which of these are not constant."""

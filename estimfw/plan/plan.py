@@ -90,6 +90,12 @@ class Plan:
         return not self.varying
 
     @property
+    def steady(self) -> bool:
+        """Whether Phi and Q are the same at every step of one length; what is measured may vary."""
+        measured = {f"measurement {m.name}" for m in self.measurements}
+        return all(what in measured for what, _, _ in self.varying)
+
+    @property
     def corrected(self) -> tuple[bool, ...]:
         """Which states correct the provider, and are zero after it."""
         n = len(self.states)

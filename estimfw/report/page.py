@@ -114,7 +114,9 @@ def _header(dataset: xr.Dataset, title: str) -> str:
     time = dataset["time"].to_numpy()
     told = [f"{count(time.size)} steps to {plain(float(time[-1]))} s"] if time.size else ["no steps"]
     told += [
-        f"{word} {provenance[word]}" for word in ("covariance", "kernel", "seed") if provenance.get(word) is not None
+        f"{word} {provenance[word]}"
+        for word in ("estimator", "covariance", "kernel", "seed")
+        if provenance.get(word) is not None
     ]
     chips = "".join(f'<span class="chip {tone}">{escape(text)}</span>\n' for text, tone in _chips(dataset))
     return (

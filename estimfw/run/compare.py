@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from estimfw.analysis.cost import StepCost, step_cost
 from estimfw.config.compose import Problem
 from estimfw.data.record import SAME
-from estimfw.errors import UsageError
+from estimfw.errors import ConfigError, UsageError
 from estimfw.registry.registry import Registry
 from estimfw.run.contenders import Contender, Point, refuse_other_records
 from estimfw.run.dataset import result_dataset
@@ -96,6 +96,8 @@ def compare(
     composed = [[one.compose(registry, point.overrides) for one in contenders] for point in points]
     for problems in composed:
         refuse_other_records(contenders, problems)
+        for problem in problems:
+            _refuse_other_estimator(problem)
     priced: tuple[Priced, ...] = ()
     results: list[tuple[xr.Dataset, ...]] = []
     for problems in composed:
@@ -135,6 +137,15 @@ def _priced(contenders: Sequence[Contender], runs: Sequence[Collected], repeats:
         )
         for one, problem, time in zip(contenders, problems, times, strict=True)
     )
+
+
+def _refuse_other_estimator(problem: Problem) -> None:
+    if problem.estimator.kind != "kalman":
+        raise ConfigError(
+            f"a comparison counts the work of Kalman filters, and {problem.config.name!r} is {problem.estimator.kind}",
+            location=problem.document.locate(("estimator", "kind")),
+            hint="run it by itself, or compare with estimator: {kind: kalman}",
+        )
 
 
 def _cost(problem: Problem) -> StepCost:

@@ -92,6 +92,18 @@ class GuardedProvider:
         with plugin_code(self.owner, f"correct() of nominal {self.kind!r}{self._when()}"):
             return self.inner.correct(state, delta)
 
+    def __getattr__(self, name: str) -> Any:
+        """What a provider may have besides: ``difference``."""
+        if name != "difference":
+            raise AttributeError(name)
+        inner = self.inner.difference  # type: ignore[attr-defined]
+
+        def difference(state: FloatArray, other: FloatArray) -> FloatArray:
+            with plugin_code(self.owner, f"difference() of nominal {self.kind!r}{self._when()}"):
+                return np.asarray(inner(state, other))
+
+        return difference
+
     def _when(self) -> str:
         return f" at t = {self.times[self.done - 1]:.10g} s" if 0 < self.done <= self.times.size else ""
 

@@ -1,4 +1,4 @@
-"""Which kernel runs: NumPy for short work, compiled for long, or as the config says."""
+"""Which recursion runs: the estimator's; of a Kalman filter NumPy for short work, compiled for long, or as the config says."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
+from estimfw.config.generic.unscented import UnscentedConfig
 from estimfw.data.record import Event
 from estimfw.errors import ConfigError
 from estimfw.estimators.numpy_scan import NumpyScan
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps
+from estimfw.estimators.unscented_scan import UnscentedScan
 from estimfw.model.nominal import BoundProvider
 from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import Plan
@@ -59,6 +61,10 @@ def chosen_scan(
     ConfigError
         ``kernel: numba``, and something in the loop has no compiled form.
     """
+    if isinstance(problem.estimator, UnscentedConfig):
+        return UnscentedScan(
+            problem.plan, bound, problem.estimator.loop == "closed", problem.estimator.spread, row, prior
+        )
     settings = FilterSettings(problem.estimator.covariance, problem.estimator.loop == "closed")
     wanted, reason = problem.estimator.kernel, _plain_python(problem.plan, bound)
     if wanted == "numba" and reason:

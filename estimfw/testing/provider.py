@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
+from estimfw.estimators.unscented_scan import manifold_of
 from estimfw.model.nominal import BoundProvider
 from estimfw.testing.first_steps import FirstSteps, first_steps
 
@@ -27,6 +28,7 @@ def check_provider(problem: Problem) -> None:
     * a row has the width of its variables, and so has the reference nominal;
     * ``step`` and ``correct`` leave their arguments alone, and give for stacked states what they give for each;
     * a correction by zero changes nothing;
+    * ``difference``, where there is one, is the inverse of ``correct``;
     * the compiled step and correction, where there are some, do as the plain ones.
 
     Raises
@@ -42,6 +44,8 @@ def check_provider(problem: Problem) -> None:
     _check_rows(problem, first)
     _check_purity(problem, first)
     _check_leading_axes(problem, first)
+    if callable(getattr(first.provider, "difference", None)):
+        _check_difference(problem, first)
     if first.provider.compiled is not None:
         _check_compiled(problem, first, first.provider)
 
@@ -70,6 +74,19 @@ def _check_purity(problem: Problem, first: FirstSteps) -> None:
     corrected = first.provider.correct(state, delta)
     assert np.array_equal(state, first.state), "correct writes into its state"
     np.testing.assert_allclose(corrected, state, rtol=1e-15, atol=0, err_msg="a correction by zero changes the state")
+
+
+def _check_difference(problem: Problem, first: FirstSteps) -> None:
+    manifold = manifold_of(first.provider)
+    states = _disturbed(problem, first)
+    delta = 0.3 * np.random.default_rng(2).standard_normal((3, _width(problem)))
+    others = first.provider.correct(states, delta)
+    found = manifold.difference(states, others)
+    assert found.shape == delta.shape, f"difference makes the shape {found.shape}, {delta.shape} is due"
+    there = first.provider.correct(states, found)
+    np.testing.assert_allclose(
+        there, others, rtol=1e-9, atol=1e-9, err_msg="correct(state, difference(state, other)) is not other"
+    )
 
 
 def _disturbed(problem: Problem, first: FirstSteps) -> FloatArray:

@@ -13,6 +13,7 @@ from estimfw.config.generic import (
     policies,
     process,
     simulate_model,
+    unscented,
 )
 from estimfw.config.generic.preprocessing.components import preprocessing_components
 from estimfw.registry.component import Component
@@ -55,5 +56,9 @@ def core_components() -> list[Component]:
         Component(
             "estimator", "determination", determination.DeterminationConfig, determination.determination,
             "what the nominal provider computes, without states",
+        ),
+        Component(
+            "estimator", "unscented", unscented.UnscentedConfig, estimation.one_filter,
+            "unscented filter: sigma points through the nominal and the measurements",
         ),
     ]  # fmt: skip

@@ -5,8 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from estimfw.config.generic.kalman import KalmanConfig
+from estimfw.config.generic.unscented import UnscentedConfig
 
-__all__ = ["Estimation", "one_filter"]
+__all__ = ["Estimation", "RecursionSettings", "one_filter"]
+
+#: Settings of a recursion over the whole model.
+RecursionSettings = KalmanConfig | UnscentedConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,15 +20,15 @@ class Estimation:
     Attributes
     ----------
     kind : str
-        ``kalman``, ``determination``.
-    filter : KalmanConfig
+        ``kalman``, ``unscented``, ``determination``.
+    filter : KalmanConfig or UnscentedConfig
         How the recursion is done.
     """
 
     kind: str
-    filter: KalmanConfig
+    filter: RecursionSettings
 
 
-def one_filter(cfg: KalmanConfig) -> Estimation:
-    """One Kalman filter."""
-    return Estimation("kalman", cfg)
+def one_filter(cfg: RecursionSettings) -> Estimation:
+    """One filter."""
+    return Estimation(cfg.kind, cfg)

@@ -9,7 +9,7 @@ from pydantic import Field, Strict
 from estimfw.config.types import Number, Settings, positive_quantity
 from estimfw.plan.discretisation import Discretisation
 
-__all__ = ["DiscretisationConfig", "KalmanConfig", "discretisation"]
+__all__ = ["DiscretisationConfig", "KalmanConfig", "RecursionConfig", "discretisation"]
 
 Probability = Annotated[Number, Field(gt=0.0, lt=1.0, description="such as 0.999")]
 
@@ -25,25 +25,9 @@ class DiscretisationConfig(Settings):
     ] = "middle"
 
 
-class KalmanConfig(Settings):
-    """``gate`` holds for all measurements, ``gates`` for single ones by name; default: no gate.
+class RecursionConfig(Settings):
+    """What every filter that steps through a record has."""
 
-    ``loop: closed`` corrects the nominal provider at each step and resets the corrected states. ``restarts`` are instants
-    (in the record's time) at which the nominal is corrected and the filter starts anew from its prior.
-    """
-
-    kind: Literal["kalman"] = "kalman"
-    covariance: Annotated[
-        Literal["ud", "joseph"],
-        Field(description="form of the covariance: factors U D U', or full with Joseph's update"),
-    ] = "ud"
-    loop: Annotated[
-        Literal["open", "closed"], Field(description="closed: each step's estimate corrects the nominal provider")
-    ] = "open"
-    kernel: Annotated[
-        Literal["auto", "numpy", "numba"],
-        Field(description="plain or compiled recursion; auto: by the length of the run"),
-    ] = "auto"
     discretisation: Annotated[DiscretisationConfig, Field(description="how Phi and Q come from the dynamics")] = (
         DiscretisationConfig()
     )
@@ -63,7 +47,28 @@ class KalmanConfig(Settings):
     ] = 200
 
 
-def discretisation(cfg: KalmanConfig) -> Discretisation:
+class KalmanConfig(RecursionConfig):
+    """``gate`` holds for all measurements, ``gates`` for single ones by name; default: no gate.
+
+    ``loop: closed`` corrects the nominal provider at each step and resets the corrected states. ``restarts`` are instants
+    (in the record's time) at which the nominal is corrected and the filter starts anew from its prior.
+    """
+
+    kind: Literal["kalman"] = "kalman"
+    covariance: Annotated[
+        Literal["ud", "joseph"],
+        Field(description="form of the covariance: factors U D U', or full with Joseph's update"),
+    ] = "ud"
+    loop: Annotated[
+        Literal["open", "closed"], Field(description="closed: each step's estimate corrects the nominal provider")
+    ] = "open"
+    kernel: Annotated[
+        Literal["auto", "numpy", "numba"],
+        Field(description="plain or compiled recursion; auto: by the length of the run"),
+    ] = "auto"
+
+
+def discretisation(cfg: RecursionConfig) -> Discretisation:
     """How the plan discretises."""
     d = cfg.discretisation
     return Discretisation(d.method, d.phi_order, d.q_order, d.evaluation)

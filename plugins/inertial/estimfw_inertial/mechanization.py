@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw_inertial.earth import RATE, meridian_radius, normal_gravity, prime_vertical_radius
-from estimfw_inertial.rotation import exponential, skew, wrapped
+from estimfw_inertial.rotation import exponential, logarithm, skew, wrapped
 
 __all__ = [
     "N_STATE",
@@ -140,6 +140,13 @@ def correct(state: FloatArray, delta: FloatArray, params: FloatArray) -> FloatAr
     if not switches(params).vertical_channel:
         new[..., 11] = 0.0
     return new
+
+
+def difference(state: FloatArray, other: FloatArray) -> FloatArray:
+    """(dV, phi), (..., 6), that `correct` takes from one state to the attitude and velocity of another; positions stay apart."""
+    C, C_other = (a[..., :9].reshape((*a.shape[:-1], 3, 3)) for a in np.broadcast_arrays(state, other))
+    phi = logarithm(_product(C_other, np.swapaxes(C, -1, -2)))
+    return np.concatenate([state[..., 9:12] - other[..., 9:12], phi], axis=-1)
 
 
 def compensated(sample: FloatArray, samples: int) -> tuple[FloatArray, FloatArray, FloatArray]:

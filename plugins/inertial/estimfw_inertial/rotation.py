@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["attitude_matrix", "euler_angles", "euler_jacobian", "exponential", "heading_of", "skew", "wrapped"]
+__all__ = [
+    "attitude_matrix",
+    "euler_angles",
+    "euler_jacobian",
+    "exponential",
+    "heading_of",
+    "logarithm",
+    "skew",
+    "wrapped",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -37,6 +46,14 @@ def exponential(vector: ArrayLike) -> FloatArray:
     k = np.where(still, 0.5, np.sin(0.5 * angle) / np.where(still, 1.0, angle))
     cross = skew(v)
     return np.asarray(_IDENTITY + 2.0 * k * np.cos(0.5 * angle) * cross + 2.0 * k * k * (cross @ cross))
+
+
+def logarithm(rotation: ArrayLike) -> FloatArray:
+    """The rotation vector v (..., 3), at most pi long, with exp([v x]) the given matrix (..., 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    C = np.asarray(rotation, dtype=float)
+    return np.asarray(Rotation.from_matrix(C.reshape((-1, 3, 3))).as_rotvec().reshape((*C.shape[:-2], 3)))
 
 
 def attitude_matrix(yaw: ArrayLike, pitch: ArrayLike, roll: ArrayLike) -> FloatArray:

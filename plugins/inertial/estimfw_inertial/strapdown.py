@@ -184,6 +184,10 @@ class BoundStrapdown:
         """V - dV and exp([phi x]) C_bn for delta (..., 6) = (dV, phi), both in n."""
         return mechanization.correct(state, delta, self.params)
 
+    def difference(self, state: FloatArray, other: FloatArray) -> FloatArray:
+        """delta (..., 6) = (dV, phi), both in n, with ``correct(state, delta)`` the attitude and velocity of ``other``."""
+        return mechanization.difference(state, other)
+
     def _attitude_and_velocity(self, initial: InitialNominal) -> tuple[FloatArray, FloatArray]:
         C = np.asarray(initial.values["C_bn"], dtype=float)
         V = np.asarray(initial.values.get("velocity_n", np.zeros(3)), dtype=float)

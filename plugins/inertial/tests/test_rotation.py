@@ -11,6 +11,7 @@ from estimfw_inertial.rotation import (
     euler_jacobian,
     exponential,
     heading_of,
+    logarithm,
     skew,
     wrapped,
 )
@@ -20,6 +21,14 @@ from scipy.spatial.transform import Rotation
 
 ANGLE = st.floats(-3.1, 3.1)
 VECTOR = st.tuples(*(st.floats(-4.0, 4.0),) * 3)
+
+
+@given(VECTOR, st.sampled_from([1.0, 0.05, 1e-8, 0.0]))
+def test_logarithm_is_the_inverse_of_the_exponential(vector: tuple[float, float, float], scale: float) -> None:
+    v = scale * np.array(vector)
+    v = v / max(1.0, float(np.linalg.norm(v)) / 3.14)
+    stacked = exponential(np.stack([v, -v]).reshape((1, 2, 3)))
+    assert logarithm(stacked) == pytest.approx(np.stack([v, -v])[None], abs=1e-12)
 
 
 @given(VECTOR, st.sampled_from([1.0, 0.05, 1e-3, 1e-8, 1e-170]))
