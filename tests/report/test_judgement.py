@@ -76,3 +76,18 @@ def test_each_approximation_and_each_state_that_it_took_away_is_named_in_one_lin
         "The sigmas are the reduced filter's own: constant_f and prune approximate the model, and the removed states "
         "(accel_bias[E], gyro_bias[E]) are not in them."
     )
+
+
+def test_where_honest_sigmas_are_known_the_line_says_what_they_are_of() -> None:
+    known = xr.Dataset({"honest_sigma": ("time", [1.0])})
+    exact = known.assign_attrs(policies=json.dumps([{"label": "quotient", "kind": "exact"}]))
+    assert (
+        sigma_caveat(exact)
+        == "The reduction is exact: the honest sigmas, on the unreduced model, are the filter's own."
+    )
+    truth = {"removed_states": ["accel_bias[E]"], "unmodelled": ["transport_rate"]}
+    rough = known.assign_attrs(
+        policies=json.dumps([{"label": "prune", "kind": "approximate"}]), truth_model=json.dumps(truth)
+    )
+    told = sigma_caveat(rough)
+    assert "(accel_bias[E]) live on" in told and "transport_rate" in told
