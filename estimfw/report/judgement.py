@@ -62,7 +62,8 @@ def sigma_caveat(dataset: xr.Dataset) -> str:
 
 
 def _honest_line(dataset: xr.Dataset) -> str:
-    if not any(one.get("kind") == "approximate" for one in json_attribute(dataset, "policies", [])):
+    rough = any(one.get("kind") == "approximate" for one in json_attribute(dataset, "policies", []))
+    if not rough and not any(one.get("status") == "mismatch" for one in json_attribute(dataset, "equivalence", [])):
         return "The reduction is exact: the honest sigmas, on the unreduced model, are the filter's own."
     truth = json_attribute(dataset, "truth_model", {})
     removed = ", ".join(str(state) for state in truth.get("removed_states") or [])
