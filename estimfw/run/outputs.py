@@ -28,6 +28,8 @@ def output_values(
     nominal = problem.plan.layout.unpack(rows)
     estimates = {}
     for name, _, frame in output.jacobian:
+        if name not in problem.model.offsets:
+            continue
         block = problem.model.block(name)
         full = np.zeros((result.estimate.shape[0], len(block.all_axes)))
         at = problem.model.offsets[name]
