@@ -81,6 +81,7 @@ def test_the_filter_knows_that_spread_and_what_an_unknown_first_speed_costs(
     dropped = ", ".join({"gyro_bias", "accel_bias", "initial_speed_error"} - set(blocks))
     problem = opened(
         "odometer_aeba.yaml",
+        "preprocess={}",
         f"nominal.rows={RATE}",
         "initial_attitude={kind: sins_odometer.level, heading: 0 deg, window: 2 s, heading_sigma: 60 deg}",
         "blocks.initial_speed_error.sigma=100 m/s",

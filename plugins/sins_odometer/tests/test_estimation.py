@@ -17,13 +17,7 @@ from estimfw.testing import check_draws, check_measurements, check_outputs, chec
 FloatArray = NDArray[np.float64]
 
 AEBA = "odometer_aeba.yaml"
-PERFECT = (
-    "source.errors=false",
-    "source.speed=exact",
-    "measurements.integrated_velocity.noise=0.15 m/s",
-    "blocks.initial_speed_error.sigma=0.1 m/s",
-    "process.phi_i.speed_noise=0.0212 m/s/sqrt(Hz)",
-)
+PERFECT = ("preprocess={}", "source.errors=false", "source.speed=exact")
 
 
 def end_error(done: Collected) -> FloatArray:
