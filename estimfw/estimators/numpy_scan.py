@@ -12,6 +12,7 @@ from estimfw.errors import NumericalError
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
 from estimfw.kernels import fuse, joseph, ud
 from estimfw.model.nominal import BoundProvider
+from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import MeasurementPlan, Plan
 
 __all__ = ["NumpyScan"]
@@ -53,6 +54,7 @@ class NumpyScan:
         self.offsets = row_offsets(plan)
         self.thresholds = [plan.thresholds(m) for m in plan.measurements]
         self.steady = plan.steady
+        self.inside = frozenset(d.name for d in derived_in_loop(plan))
         self.corrected = np.array(plan.corrected, dtype=bool)
         self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
 
@@ -72,13 +74,13 @@ class NumpyScan:
 
     def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState:
         x, form, provider = state.x, state.form, state.provider
-        process_row = end_row = self.plan.layout.complete(state.row)
+        process_row = end_row = self._complete(state.row)
         if chunk.restart[k]:
             provider = self._correct(provider, x, end_row)
             x, form = self.mean.copy(), self.form.copy()
         if self.provider is not None:
             provider, process_row, end_row = self.provider.step(provider, chunk.samples[k])
-            process_row, end_row = self.plan.layout.complete(process_row), self.plan.layout.complete(end_row)
+            process_row, end_row = self._complete(process_row), self._complete(end_row)
         dt = float(chunk.dt[k])
         if dt > 0.0:
             Phi, Q, d = self._tables(process_row, chunk.inputs[k], dt)
@@ -106,6 +108,10 @@ class NumpyScan:
         if self.steady and len(self.tables) < MOST_TABLES:
             self.tables[key] = made
         return made
+
+    def _complete(self, rows: FloatArray) -> FloatArray:
+        """With the derived variables that the loop needs."""
+        return self.plan.layout.complete(rows, self.inside)
 
     def _correct(self, provider: FloatArray, x: FloatArray, row: FloatArray) -> FloatArray:
         """The provider's state, corrected by the estimate in the frames of its slots."""

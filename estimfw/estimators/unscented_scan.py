@@ -27,6 +27,7 @@ from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, SubSteps, r
 from estimfw.estimators.sigma_points import Spread
 from estimfw.kernels import fuse, ud
 from estimfw.model.nominal import BoundProvider
+from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import MeasurementPlan, Plan
 
 __all__ = ["Manifold", "UnscentedScan", "manifold_of"]
@@ -71,6 +72,7 @@ class UnscentedScan:
         self.offsets = row_offsets(plan)
         self.thresholds = [plan.thresholds(m) for m in plan.measurements]
         self.steady = plan.steady
+        self.inside = frozenset(d.name for d in derived_in_loop(plan))
         self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
         self.corrected = np.array(plan.corrected, dtype=bool)
         self.manifold = manifold_of(provider) if provider is not None and np.any(self.corrected) else None
@@ -91,7 +93,7 @@ class UnscentedScan:
 
     def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState:
         x, form, provider = state.x, state.form, state.provider
-        row = self.plan.layout.complete(state.row)
+        row = self._complete(state.row)
         if chunk.restart[k]:
             provider = self._correct(provider, x, row)
             x, form = self.mean.copy(), self.form.copy()
@@ -112,7 +114,7 @@ class UnscentedScan:
         process_row, end_row, after = row, row, state
         if self.provider is not None:
             after, process_row, end_row = self.provider.step(state, chunk.samples[k])
-            process_row, end_row = self.plan.layout.complete(process_row), self.plan.layout.complete(end_row)
+            process_row, end_row = self._complete(process_row), self._complete(end_row)
         Phi, Q, d = self._tables(process_row, chunk.inputs[k], float(chunk.dt[k]))
         back = np.linalg.inv(Phi)
         points = self._spread(x, ud.predict(form, np.eye(len(x)), back @ Q @ back.T)) @ Phi.T + d
@@ -125,7 +127,7 @@ class UnscentedScan:
             samples = np.broadcast_to(chunk.samples[k], (len(points), *chunk.samples[k].shape))
             there, _, own = self.provider.step(moved, samples)
             points[:, c] = self._slots(self.manifold.difference(after, there), end_row)
-            rows = np.concatenate([end_row[None], self.plan.layout.complete(own)])
+            rows = np.concatenate([end_row[None], self._complete(own)])
         return points, after, rows
 
     def _spread(self, x: FloatArray, form: FloatArray) -> FloatArray:
@@ -150,6 +152,10 @@ class UnscentedScan:
         """Corrected states (points, corrected) that correct by delta (points, 3 * slots) at this row."""
         C = self.plan.correction.evaluate(row)[:, self.corrected]
         return np.asarray(delta @ np.linalg.pinv(C).T)
+
+    def _complete(self, rows: FloatArray) -> FloatArray:
+        """With the derived variables that the loop needs."""
+        return self.plan.layout.complete(rows, self.inside)
 
     def _correct(self, state: FloatArray, x: FloatArray, row: FloatArray) -> FloatArray:
         if self.provider is None or not np.any(self.corrected):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,12 +29,12 @@ class NominalLayout:
     variables: tuple[NominalVariable, ...]
     derived: tuple[DerivedVariable, ...] = ()
 
-    @property
+    @cached_property
     def provided(self) -> int:
         """Width of the provider's part of a row."""
         return sum(v.size for v in self.variables)
 
-    @property
+    @cached_property
     def size(self) -> int:
         return self.provided + sum(int(np.prod(d.shape, dtype=int)) for d in self.derived)
 
@@ -95,14 +95,17 @@ class NominalLayout:
         parts = [np.ravel(np.asarray(nominal[v.name], dtype=float)) for v in self.variables]
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def complete(self, rows: FloatArray) -> FloatArray:
-        """Rows with the derived variables appended; the rows themselves where there are none."""
+    def complete(self, rows: FloatArray, only: Collection[str] | None = None) -> FloatArray:
+        """Rows with the derived variables appended; the rows themselves where there are none.
+
+        ``only`` these (with those that they are made of) where it is given; the others are NaN.
+        """
         if not self.derived:
             return rows
         whole = np.full((*rows.shape[:-1], self.size), np.nan)
         whole[..., : self.provided] = rows
         values = self.unpack(whole)
-        for d in self.derived:
+        for d in self.derived if only is None else [d for d in self.derived if d.name in only]:
             values[d.name][...] = derived_value(d, values, rows.shape[:-1])
         return whole
 

@@ -144,7 +144,7 @@ def _refuse_other_estimator(problem: Problem) -> None:
         raise ConfigError(
             f"a comparison counts the work of Kalman filters, and {problem.config.name!r} is {problem.estimator.kind}",
             location=problem.document.locate(("estimator", "kind")),
-            hint="run it by itself, or compare with estimator: {kind: kalman}",
+            hint="estimfw trial tells whose errors are smaller; or compare with estimator: {kind: kalman}",
         )
 
 

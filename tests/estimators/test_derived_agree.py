@@ -193,3 +193,19 @@ def test_a_setting_is_an_argument_and_no_variable(example: Example) -> None:
 
 def shifted(f_n: FloatArray, arm: FloatArray) -> FloatArray:
     return np.asarray(f_n + arm)
+
+
+def test_both_kernels_agree_on_ranges_to_beacons_in_a_loop_that_is_closed(boat: Example) -> None:
+    problem = boat("source.duration=60 s", "estimator.gate=0.9")
+    numpy, numba = outcome(problem, "numpy"), outcome(problem, "numba")
+    assert differing(numpy, numba) < 1e-12
+    np.testing.assert_allclose(numba.nis, numpy.nis, rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(numba.disposition, numpy.disposition)
+    assert set(np.unique(numpy.disposition)) == {-1, 0, 1}, "nothing was gated"
+
+
+def test_what_is_measured_may_vary_while_phi_and_q_are_made_once(boat: Example, example: Example) -> None:
+    plan = boat("source.duration=5 s").plan
+    assert plan.steady and not plan.time_invariant
+    moving = example("static_12", "policies=[]").plan
+    assert not moving.steady
