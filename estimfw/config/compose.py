@@ -16,7 +16,7 @@ from estimfw.config.document import Document
 from estimfw.config.exact_quotient import refuse_inexact_quotient
 from estimfw.config.filter_config import FilterConfig
 from estimfw.config.generic.determination import misplaced_section
-from estimfw.config.generic.estimation import Estimation, RecursionSettings
+from estimfw.config.generic.estimation import Estimation, RecursionSettings, StartSpread
 from estimfw.config.generic.kalman import discretisation
 from estimfw.config.generic.nominal import ConstantNominal
 from estimfw.config.generic.values import STATE_BYTES
@@ -46,7 +46,7 @@ from estimfw.policies.sequence import apply_policies
 from estimfw.registry.registry import Registry
 from estimfw.spelling import did_you_mean
 
-__all__ = ["Problem", "compose"]
+__all__ = ["Problem", "compose", "filter_path"]
 
 FloatArray = NDArray[np.float64]
 
@@ -73,6 +73,8 @@ class Problem:
         Of the estimator.
     estimator : KalmanConfig or UnscentedConfig
         How its recursion is done.
+    starts : StartSpread or None
+        How the starts of a bank differ.
     initial : object or None
         Finds the start (``find``, ``reference``).
     source : object or None
@@ -106,6 +108,7 @@ class Problem:
     plan: Plan
     kind: str
     estimator: RecursionSettings
+    starts: StartSpread | None
     initial: Any
     source: Any
     aiding: Mapping[str, Any]
@@ -151,8 +154,9 @@ def compose(document: Document, registry: Registry) -> Problem:
     return Problem(
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
         checks=checks, provider=provider,
-        settings=settings, reference=reference, plan=plan, kind=estimation.kind, estimator=estimator, initial=initial,
-        source=source, aiding=aiding, preprocess=preprocess, wanted=wanted_columns(plan, preprocess, document),
+        settings=settings, reference=reference, plan=plan, kind=estimation.kind, estimator=estimator,
+        starts=estimation.starts, initial=initial, source=source, aiding=aiding, preprocess=preprocess,
+        wanted=wanted_columns(plan, preprocess, document),
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
         truth=truth,
         undetermined=tuple(undetectable_directions(model, reference)),
@@ -312,12 +316,17 @@ def _estimation(cfg: FilterConfig, build: Builder) -> Estimation:
     return made
 
 
+def filter_path(document: Document) -> tuple[str, ...]:
+    """Where the settings of the recursion stand: in a bank a level deeper."""
+    return ("estimator", "filter") if document.holds(("estimator", "filter")) else ("estimator",)
+
+
 def _refuse_unknown_gates(estimator: RecursionSettings, build: Builder, model: Model) -> None:
     for name in estimator.gates:
         if name not in {m.name for m in model.measurements}:
             raise ConfigError(
                 f"estimator.gates names no measurement: {name!r}",
-                location=build.document.locate(("estimator", "gates", name)),
+                location=build.document.locate((*filter_path(build.document), "gates", name)),
                 hint=did_you_mean(name, (m.name for m in model.measurements)),
             )
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from estimfw.errors import NumericalError
 from estimfw.plan.plan import Plan
 
-__all__ = ["Chunk", "ChunkResult", "FilterSettings", "FilterState", "SubSteps", "refuse_lost", "row_offsets"]
+__all__ = ["Chunk", "ChunkResult", "FilterSettings", "FilterState", "SubSteps", "lost", "refuse_lost", "row_offsets"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -75,7 +75,7 @@ class ChunkResult:
     ``estimate`` (K, n) and ``covariance`` (K, n, n) after the updates of a step and *before* a correction of the provider;
     ``rows`` (K, provided) the nominal at the end of the step and ``provider`` (K, n_state) the provider's state there, before
     it too. ``disposition`` (K, measurements) is -1 where none was due. ``log_det`` (K, measurements) is ln det S of what was
-    fused, NaN else: with the NIS it makes the likelihood of a measurement, -2 ln p = NIS + ln det S + m ln 2 pi.
+    fused or gated, NaN else: with the NIS it makes the likelihood of a measurement, -2 ln p = NIS + ln det S + m ln 2 pi.
     """
 
     estimate: FloatArray
@@ -132,6 +132,18 @@ class SubSteps:
         return self.known[dt]
 
 
+def lost(result: ChunkResult) -> NDArray[np.bool_]:
+    """Which states (K, n) left the numbers: not finite, a negative variance, or a correlation above one."""
+    variance = np.einsum("kii->ki", result.covariance)
+    good = np.isfinite(result.estimate) & np.isfinite(variance) & (variance >= -1e-30)
+    with np.errstate(invalid="ignore", over="ignore"):
+        most = np.sqrt(np.maximum(variance[:, :, None] * variance[:, None, :], 0.0))
+        scale = np.sqrt(np.max(np.abs(variance), axis=0, initial=0.0))
+        slack = 1e-6 * most + 1e-9 * scale[:, None] * scale
+        good &= ~np.any(np.abs(result.covariance) > most + slack, axis=2)
+    return np.asarray(~good)
+
+
 def refuse_lost(plan: Plan, result: ChunkResult, first: int, time: FloatArray) -> None:
     """Raise where estimate or covariance left the numbers.
 
@@ -149,16 +161,11 @@ def refuse_lost(plan: Plan, result: ChunkResult, first: int, time: FloatArray) -
     NumericalError
         An estimate is not finite, a variance negative, or a correlation above one: with the step and the state.
     """
-    variance = np.einsum("kii->ki", result.covariance)
-    good = np.isfinite(result.estimate) & np.isfinite(variance) & (variance >= -1e-30)
-    with np.errstate(invalid="ignore", over="ignore"):
-        most = np.sqrt(np.maximum(variance[:, :, None] * variance[:, None, :], 0.0))
-        scale = np.sqrt(np.max(np.abs(variance), axis=0, initial=0.0))
-        slack = 1e-6 * most + 1e-9 * scale[:, None] * scale
-        good &= ~np.any(np.abs(result.covariance) > most + slack, axis=2)
-    if np.all(good):
+    bad = lost(result)
+    if not np.any(bad):
         return
-    k, i = np.argwhere(~good)[0]
+    k, i = np.argwhere(bad)[0]
+    variance = np.einsum("kii->ki", result.covariance)
     raise NumericalError(
         f"the filter left the numbers at step {first + k + 1} (t = {time[k]:g} s): "
         f"{plan.states[i]} = {result.estimate[k, i]:g}, variance {variance[k, i]:g}",

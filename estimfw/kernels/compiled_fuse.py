@@ -64,7 +64,7 @@ def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, us
     if singular or (gated and nis > thresholds[used]):
         x[:] = x_before
         form[:, :] = before
-        return nis, INVALID if singular else GATED, 0, np.nan
+        return nis, INVALID if singular else GATED, 0, np.nan if singular else log_det
     return nis, FUSED, used, log_det
 
 

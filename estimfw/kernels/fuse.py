@@ -28,7 +28,7 @@ SINGULAR = 1e-13
 class Fused:
     """What became of a measurement: new state, innovation (NaN where masked), its sigma, NIS, disposition, components.
 
-    ``log_det`` is ln det S over the fused components, NaN where nothing was fused.
+    ``log_det`` is ln det S over the usable components, also of a gated one; NaN where none is usable, or S is not.
     """
 
     x: FloatArray
@@ -100,7 +100,7 @@ def fuse(
         np.where(used == 0, np.nan, nis),
         disposition,
         np.where(fused, used, 0),
-        np.where(fused, log_det, np.nan),
+        np.where(fused | (disposition == GATED), log_det, np.nan),
     )
 
 

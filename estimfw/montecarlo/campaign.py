@@ -25,7 +25,7 @@ from estimfw.montecarlo.parts_on_disk import PartFolder
 from estimfw.montecarlo.quantities import quantities_of
 from estimfw.run.dataset import result_dataset, versions
 from estimfw.run.kernel_choice import LONG
-from estimfw.run.needs_states import refuse_without_states
+from estimfw.run.needs_states import refuse_bank, refuse_without_states
 from estimfw.run.run import covariance_steps, run_problem
 
 if TYPE_CHECKING:
@@ -94,6 +94,9 @@ def run_campaign(
         Of any kind; parts that are finished stay.
     """
     refuse_without_states(problem, "a Monte Carlo of consistency")
+    refuse_bank(
+        problem, "a Monte Carlo of consistency", "estimfw trial runs a bank over many draws, and tells its errors"
+    )
     refuse_without_draws(problem)
     if runs < 2:
         raise UsageError("a Monte Carlo needs two runs at least", hint="several hundred tell something: --runs 400")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from estimfw.data.record import FloatArray
+from estimfw.report.bank import bank_chart
 from estimfw.report.consistency import innovation_chart, nis_chart
 from estimfw.report.palette import BAND, BAND_HONEST, ROLES, SERIES
 from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinned
@@ -44,6 +45,7 @@ def charts_of(dataset: xr.Dataset, limit: int) -> tuple[Chart, ...]:
         *_axis_charts(dataset, "output", scale, limit),
         *_axis_charts(dataset, "state", scale, limit),
         *_sigma_charts(dataset, scale, limit),
+        bank_chart(dataset, scale, limit),
     ]
     for name in measurement_names(dataset):
         charts += [innovation_chart(dataset, name, scale, limit), nis_chart(dataset, name, scale, limit)]

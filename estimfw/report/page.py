@@ -7,6 +7,7 @@ from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
+from estimfw.report.bank import bank_line, bank_table
 from estimfw.report.charts import charts_of
 from estimfw.report.degree_map import degree_map
 from estimfw.report.headline import Headline, headlines, start_line
@@ -82,10 +83,15 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
         return Section(key.replace("_", "-"), title, (note(told) if told and body else "") + body)
 
     yield Section(
-        "headline", "At the end", _headline_cards(headlines(dataset), start_line(dataset)) + table(end_table(dataset))
+        "headline",
+        "At the end",
+        _headline_cards(headlines(dataset), start_line(dataset), bank_line(dataset)) + table(end_table(dataset)),
     )
     meanings = meaning_table(dataset)
     yield Section("meanings", "What states stand for", table(meanings) if meanings.rows else "")
+    members = bank_table(dataset)
+    bank = drawn("bank", "Bank")
+    yield Section("bank", bank.title, bank.body + table(members) if members.rows else "")
     yield drawn("outputs", "Convergence of the outputs")
     yield drawn("output_errors", "Errors of the outputs")
     yield drawn("states", "States", _loop_note(dataset))
@@ -158,9 +164,13 @@ def _caveat(dataset: xr.Dataset) -> str:
     return f'<div class="banner caveat">{escape(text)}</div>\n' if text else ""
 
 
-def _headline_cards(lines: Iterable[Headline], start: str) -> str:
+def _headline_cards(lines: Iterable[Headline], *told: str) -> str:
     cards = "".join(_card(line) for line in lines)
-    return f'<div class="cards">\n{cards}</div>\n{note(start) if start else ""}<h3>All values</h3>\n' if cards else ""
+    return (
+        f'<div class="cards">\n{cards}</div>\n{"".join(note(one) for one in told if one)}<h3>All values</h3>\n'
+        if cards
+        else ""
+    )
 
 
 def _card(line: Headline) -> str:

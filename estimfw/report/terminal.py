@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table as RichTable
 from rich.text import Text
 
+from estimfw.report.bank import bank_line, bank_table
 from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.judgement import sigma_caveat
 from estimfw.report.numbers import UNKNOWN, plain
@@ -43,6 +44,9 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
             console.print(Text(text, style=TONES["bad"]))
     for line in headlines(dataset):
         console.print(_headline(line))
+    bank = bank_line(dataset)
+    if bank:
+        console.print(Text(bank))
     start = start_line(dataset)
     if start:
         console.print(Text(start, style="dim"))
@@ -52,6 +56,7 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
     if caveat:
         console.print(Text(caveat, style=TONES["warn"]))
     print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
+    print_table(console, "Members of the bank", bank_table(dataset))
     print_table(console, "What states stand for", meaning_table(dataset))
     print_table(console, "Measurements", disposition_table(dataset, brief=True))
     print_table(console, "Events", event_table(dataset, EVENTS_SHOWN))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from estimfw.run.bank_end import bank_end
 from estimfw.run.json_value import without_nan
 from estimfw.run.plausibility import cautions
 from estimfw.run.summary import events_of, json_attribute, meaning_of, measurement_summaries
@@ -28,7 +29,7 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
         ``states`` maps a label to value, sigma and unit (SI), with the honest sigma of a reduced model, and with truth and
         error where they are known; ``meaning`` says what a state or output stands for that is not what its label says. Each
         output is an entry of its own (``attitude`` -> ``yaw`` ...), in display units (deg). What is unknown is None; a
-        determination has no states, and its outputs have no sigma.
+        determination has no states, and its outputs have no sigma. Of a bank ``bank`` tells the reported member and all weights.
     """
     row = int(dataset.sizes["time"]) - 1
     measurements = {
@@ -43,6 +44,7 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
         "steps": int(dataset.sizes["time"]),
         "states": _states(dataset, row),
         **_outputs(dataset, row),
+        **_bank(dataset),
         "cautions": cautions(dataset),
         "dispositions": {word: sum(m.counts[word] for m in measurement_summaries(dataset)) for word in _words(dataset)},
         "mean_nis": sum(m.nis_mean * m.counts["fused"] for m in fused) / total if total else None,
@@ -82,6 +84,13 @@ def values_csv(dataset: xr.Dataset) -> str:
         if honest in dataset:
             columns[f"{label} honest sigma [{unit}]"] = dataset[honest].to_numpy()[:, i] * scale
     return str(pd.DataFrame(columns).to_csv(index=False, float_format="%.12g"))
+
+
+def _bank(dataset: xr.Dataset) -> dict[str, Any]:
+    end = bank_end(dataset)
+    if end is None:
+        return {}
+    return {"bank": {"member": end.member, "weight": end.weight, "since": end.since, "weights": dict(end.weights)}}
 
 
 def _words(dataset: xr.Dataset) -> list[str]:

@@ -13,7 +13,7 @@ from estimfw.config.compose import Problem
 from estimfw.config.truth import Truth, truth_of
 from estimfw.estimators.stretch import Stretch, Watcher
 from estimfw.run.honest import output_moments, truth_start
-from estimfw.run.needs_states import refuse_without_states
+from estimfw.run.needs_states import refuse_bank, refuse_without_states
 from estimfw.run.prepare import Prepared
 from estimfw.run.run import Collected, Progress, covariance_steps, run_problem
 from estimfw.units.unit_text import parse_unit
@@ -102,6 +102,7 @@ def error_budget(problem: Problem, real: Problem | None = None, progress: Progre
         Of any kind; ConfigError where the two models do not fit together.
     """
     refuse_without_states(problem, "an error budget")
+    refuse_bank(problem, "an error budget", "look at the member that wins: estimator: {kind: kalman}, and its start")
     truth = truth_of(
         problem.full, problem.changes, problem.provider, problem.settings.computed, problem.reference, problem.plan,
         real.full if real is not None else None,

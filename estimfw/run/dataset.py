@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from estimfw.config.compose import Problem
+from estimfw.estimators.bank import weights
 from estimfw.kernels.fuse import MEANINGS
 from estimfw.model.model import Model
 from estimfw.model.parts import Output
@@ -42,10 +43,12 @@ def result_dataset(done: Collected) -> xr.Dataset:
         **_truths(done),
         **_measurements(done),
         **_honest(done),
+        **_bank(done),
     }
     coordinates: dict[str, Any] = {
         "time": ("time", time, {"units": "s", "long_name": "time, end of the step"}),
         **_state_axes(done),
+        **({"member": ("member", [one.label for one in done.prepared.members])} if done.bank is not None else {}),
     }
     outputs = [o for o, _ in problem.plan.outputs]
     if outputs:
@@ -79,9 +82,19 @@ def _states(done: Collected) -> dict[str, Any]:
     return {
         "estimate": (("time", "state"), done.estimate),
         "sigma": (("time", "state"), done.sigma),
-        "prior_sigma": ("state", np.sqrt(np.diag(done.prepared.prior[1]))),
+        "prior_sigma": ("state", np.sqrt(np.diag(done.final.prior[1]))),
         "covariance": (("covariance_time", "state", "state_column"), done.covariance),
         **_unmeasured(done),
+    }
+
+
+def _bank(done: Collected) -> dict[str, Any]:
+    if done.bank is None:
+        return {}
+    return {
+        "bank_score": (("time", "member"), done.bank.score),
+        "bank_weight": (("time", "member"), weights(done.bank.score)),
+        "bank_member": ("time", done.bank.best.astype(np.int32)),
     }
 
 
@@ -193,7 +206,7 @@ def _unmeasured(done: Collected) -> dict[str, Any]:
     steps, problem = prepared.steps, prepared.problem
     elapsed = steps.time[done.covariance_index] - (steps.time[0] - steps.dt[0])
     corrected = frozenset(slot.quantity for slot in problem.provider.slots)
-    mean, sigma = unmeasured(problem.model, problem.reference, prepared.prior, elapsed, corrected)
+    mean, sigma = unmeasured(problem.model, problem.reference, done.final.prior, elapsed, corrected)
     axes = ("covariance_time", "state")
     return {"unmeasured_mean": (axes, mean), "unmeasured_sigma": (axes, sigma)}
 
@@ -211,6 +224,7 @@ def provenance(done: Collected) -> dict[str, Any]:
         "record": dict(done.prepared.record.attributes),
         "start": done.prepared.start.source,
         "start_found": bool(done.prepared.start.covariance),
+        **({"members": len(done.prepared.members)} if done.bank is not None else {}),
         "seed": getattr(problem.source, "seed", None),
         "kernel": done.prepared.scan.name,
         "estimator": problem.kind,

@@ -11,7 +11,7 @@ from estimfw.data.record import Event
 from estimfw.kernels.fuse import FUSED, GATED, INVALID, MISSING
 from estimfw.run.prepare import Prepared
 
-__all__ = ["disposition_events", "measurement_flags"]
+__all__ = ["disposition_events", "lost_members", "measurement_flags"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -36,6 +36,14 @@ def disposition_events(prepared: Prepared, disposition: IntArray, used: IntArray
         )
         events += [flag for flag in flags if not (flag.kind == "missing" and m.stream in told)]
     return tuple(events)
+
+
+def lost_members(prepared: Prepared, score: FloatArray) -> Iterator[Event]:
+    """Members of a bank whose numbers were lost, and from when; J is (steps, members)."""
+    for one, own in zip(prepared.members, np.isinf(score).T, strict=True):
+        if own.any():
+            at = float(prepared.steps.time[int(np.argmax(own))])
+            yield Event(at, "bank", "lost member", f"{one.label}: its numbers left what a filter can have; it is out")
 
 
 def measurement_flags(

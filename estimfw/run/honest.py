@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from estimfw.estimators.stretch import Stretch
 from estimfw.run.found_start import with_found_covariance
 from estimfw.run.prepare import Prepared
 
-__all__ = ["Honest", "HonestSigma", "TruthStart", "output_moments", "truth_start"]
+__all__ = ["Honest", "HonestSigma", "TruthStart", "of_reported", "output_moments", "truth_start"]
 
 FloatArray = NDArray[np.float64]
 
@@ -112,6 +113,11 @@ class HonestSigma:
             )
         )
 
+    @property
+    def begun(self) -> bool:
+        """Whether any step is known."""
+        return bool(self._parts)
+
     def collected(self) -> Honest:
         """All of it so far."""
         return Honest(
@@ -120,6 +126,26 @@ class HonestSigma:
                 for name in ("sigma", "output_sigma", "covariance")
             )
         )
+
+
+def of_reported(members: Sequence[HonestSigma], best: NDArray[np.int64], wanted: NDArray[np.int64]) -> Honest:
+    """At each step that of the member ``best`` (K,) of a bank; ``wanted`` are the steps of the covariances.
+
+    NaN where it was lost.
+    """
+    if len(members) == 1:
+        return members[0].collected()
+    known = {i: one.collected() for i, one in enumerate(members) if one.begun}
+
+    def picked(name: str, which: NDArray[np.int64]) -> FloatArray:
+        values = {i: getattr(one, name) for i, one in known.items()}
+        made = np.full((which.size, *next(iter(values.values())).shape[1:]), np.nan)
+        for i, own in values.items():
+            at = np.flatnonzero(which[: len(own)] == i)
+            made[at] = own[at]
+        return made
+
+    return Honest(picked("sigma", best), picked("output_sigma", best), picked("covariance", best[wanted]))
 
 
 def _root(square: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.config.compose import Problem
+from estimfw.config.compose import Problem, filter_path
 from estimfw.config.generic.unscented import UnscentedConfig
 from estimfw.data.record import Event
 from estimfw.errors import ConfigError
@@ -70,7 +70,7 @@ def chosen_scan(
     if wanted == "numba" and reason:
         raise ConfigError(
             f"kernel: numba cannot run this model: {reason}",
-            location=problem.document.locate(("estimator", "kernel")),
+            location=problem.document.locate((*filter_path(problem.document), "kernel")),
             hint="use kernel: auto",
         )
     if wanted == "numba" or (wanted == "auto" and not reason and steps >= LONG):

@@ -1,11 +1,11 @@
-"""Analyses that need states refuse a determination, which has none."""
+"""Analyses of one filter and its covariance refuse a determination, which has neither states nor sigmas, and a bank."""
 
 from __future__ import annotations
 
 from estimfw.config.compose import Problem
 from estimfw.errors import ConfigError
 
-__all__ = ["refuse_without_states"]
+__all__ = ["refuse_bank", "refuse_without_states"]
 
 
 def refuse_without_states(problem: Problem, what: str) -> None:
@@ -17,3 +17,12 @@ def refuse_without_states(problem: Problem, what: str) -> None:
         location=problem.document.locate(("estimator",)),
         hint="estimfw run and estimfw compare tell its errors where the truth is known",
     )
+
+
+def refuse_bank(problem: Problem, what: str, hint: str) -> None:
+    """Raise `ConfigError` for a bank; ``what`` follows one filter, such as "an error budget"."""
+    if problem.kind == "bank":
+        location = problem.document.locate(("estimator", "kind"))
+        raise ConfigError(
+            f"{what} follows one filter, and a bank goes from one to another", location=location, hint=hint
+        )

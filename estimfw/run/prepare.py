@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,7 @@ from estimfw.config.compose import Problem
 from estimfw.data.record import SAME, Event, Findings, Record
 from estimfw.data.timeline import Steps, Wanted, driven_steps, merged_steps
 from estimfw.errors import DataError
-from estimfw.estimators.scan import Chunk, FilterState, row_offsets
+from estimfw.estimators.scan import Chunk, FilterState, SubSteps, row_offsets
 from estimfw.model.nominal import BoundProvider, InitialNominal
 from estimfw.plan.inputs import InputValues, inputs_at
 from estimfw.plan.plan import Plan
@@ -21,8 +23,9 @@ from estimfw.run.found_start import with_found_covariance
 from estimfw.run.guard import GuardedProvider, check_findings
 from estimfw.run.held_inputs import missing_readings, recorded_inputs
 from estimfw.run.kernel_choice import Scan, chosen_scan, slow_kernel_events
+from estimfw.run.member_starts import MemberStart, member_starts
 
-__all__ = ["Prepared", "filter_start", "make_chunk", "prepare"]
+__all__ = ["Begun", "Prepared", "begin", "make_chunk", "prepare"]
 
 FloatArray = NDArray[np.float64]
 
@@ -32,7 +35,8 @@ class Prepared:
     """A filter ready to run.
 
     ``start`` and ``state`` are where it begins; ``steps`` is the timeline; ``events`` is what was found before the run;
-    ``inputs`` are the known inputs over the record.
+    ``inputs`` are the known inputs over the record. Of a bank it is the first member, and ``rivals`` are the others, which
+    share everything but the start. ``label`` is the member's name for people.
     """
 
     problem: Problem
@@ -46,6 +50,24 @@ class Prepared:
     prior: tuple[FloatArray, FloatArray]
     events: tuple[Event, ...]
     inputs: tuple[InputValues, ...]
+    label: str = ""
+    rivals: tuple[Prepared, ...] = ()
+
+    @property
+    def members(self) -> tuple[Prepared, ...]:
+        """All filters of a bank; the filter alone where it is none."""
+        return (self, *self.rivals)
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A filter at its start: the recursion, its first state, the prior there."""
+
+    start: InitialNominal
+    label: str
+    scan: Scan
+    state: FilterState
+    prior: tuple[FloatArray, FloatArray]
 
 
 def prepare(problem: Problem, record: Record) -> Prepared:
@@ -65,11 +87,24 @@ def prepare(problem: Problem, record: Record) -> Prepared:
     inputs = recorded_inputs(problem.plan.inputs, record)
     steps = _until(_timeline(problem, record, start, found, inputs), found)
     missing = missing_readings(problem.plan.inputs, inputs, steps.start)
-    row = bound.initial_row(start) if bound is not None else problem.plan.layout.pack(problem.reference)
-    scan, state, prior = filter_start(problem, bound, start, row, steps)
+    first, *others = begin(problem, bound, start, steps)
     slow = slow_kernel_events(problem, bound, len(steps))
     events = (*record.events, *start.events, *(e for f in found for e in f.events), *steps.events, *missing, *slow)
-    return Prepared(problem, problem.plan, record, start, bound, steps, scan, state, prior, events, inputs)
+    common = partial(
+        Prepared,
+        problem=problem,
+        plan=problem.plan,
+        record=record,
+        bound=bound,
+        steps=steps,
+        events=events,
+        inputs=inputs,
+    )
+    return common(**_fields(first), rivals=tuple(common(**_fields(other)) for other in others))
+
+
+def _fields(begun: Begun) -> dict[str, Any]:
+    return {f.name: getattr(begun, f.name) for f in fields(begun)}
 
 
 def _findings(problem: Problem, record: Record) -> list[Findings]:
@@ -134,21 +169,34 @@ def _until(steps: Steps, found: list[Findings]) -> Steps:
     )
 
 
-def filter_start(
-    problem: Problem, bound: BoundProvider | None, start: InitialNominal, row: FloatArray, steps: Steps
-) -> tuple[Scan, FilterState, tuple[FloatArray, FloatArray]]:
-    """The scan for so many steps, its first state, and the prior at the start."""
-    plan = problem.plan
+def begin(problem: Problem, bound: BoundProvider | None, start: InitialNominal, steps: Steps) -> list[Begun]:
+    """Each member of a bank at its start, for so many steps; a plain filter is the only one."""
+    starts = member_starts(problem, start)
+    made: list[Begun] = []
+    for one in starts:
+        first = made[0].scan if made else None
+        made.append(_begun(problem, bound, one, steps, first, len(steps) * len(starts)))
+    return made
+
+
+def _begun(
+    problem: Problem, bound: BoundProvider | None, one: MemberStart, steps: Steps, first: Scan | None, work: int
+) -> Begun:
+    """``first``: the scan of the first member, of which the others are like; ``work``: steps of all members."""
+    plan, start = problem.plan, one.start
+    row = bound.initial_row(start) if bound is not None else plan.layout.pack({**problem.reference, **start.values})
     nominal = plan.layout.unpack(plan.layout.complete(row))
     refuse_inexact(problem.model, nominal)
     mean, covariance = plan.prior.evaluate(nominal)
     prior = (mean, with_found_covariance(problem.model, covariance, start, nominal))
-    scan = chosen_scan(problem, bound, row, prior, len(steps))
+    form = _form(problem, prior[1])
+    scan = (
+        chosen_scan(problem, bound, row, prior, work) if first is None else first.begun(SubSteps(plan, row), mean, form)
+    )
     for dt in np.unique(steps.dt):
         scan.doublings(float(dt))
     provider = bound.initial_state(start) if bound is not None else np.zeros(0)
-    form = _form(problem, prior[1])
-    return scan, FilterState(mean.copy(), form, provider, row), prior
+    return Begun(start, one.label, scan, FilterState(mean.copy(), form, provider, row), prior)
 
 
 def _form(problem: Problem, covariance: FloatArray) -> FloatArray:

@@ -1,6 +1,7 @@
 """What the variables of a result mean: one sheet of long names and units, written into every file.
 
-A result has the dimensions ``time`` and ``state``, maybe ``output``, ``covariance_time`` and ``event``, and for each
+A result has the dimensions ``time`` and ``state``, maybe ``output``, ``covariance_time``, ``event`` and
+``member`` (of a bank), and for each
 measurement ``NAME`` its own ``NAME_time`` and ``NAME_row``. Numbers are in SI units; ``*_display_scale`` takes them to
 the display unit beside it.
 """
@@ -57,6 +58,13 @@ SHEET: dict[str, tuple[str, str | None]] = {
     "output_honest_sigma": ("standard deviation of each output on the truth model", PER_OUTPUT),
     "output_truth": ("true value of each output, where the source knows it", PER_OUTPUT),
     "output_error": ("value minus truth of each output", PER_OUTPUT),
+    "member": ("start of each member of the bank", None),
+    "bank_score": (
+        "sum of NIS and ln det S of each member, see estimfw.estimators.bank; infinite where it was lost",
+        "1",
+    ),
+    "bank_weight": ("weight of each member: its posterior probability, if one of the starts is right", "1"),
+    "bank_member": ("place of the reported member", "1"),
     "event": ("number of the event", "1"),
     "event_time": ("time of the event, NaN where it is tied to no instant", "s"),
     "event_source": ("stream, sensor or component of the event", None),

@@ -14,10 +14,11 @@ from estimfw.config.compose import Problem
 from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import Event, Record
 from estimfw.errors import PluginError
+from estimfw.estimators.bank import Judged, judge, reported
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
 from estimfw.estimators.stretch import Stretch, Watcher
-from estimfw.run.flags import disposition_events
-from estimfw.run.honest import Honest, HonestSigma
+from estimfw.run.flags import disposition_events, lost_members
+from estimfw.run.honest import Honest, HonestSigma, of_reported
 from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
@@ -63,6 +64,12 @@ class Collected:
     events: tuple[Event, ...]
     timing: Timing
     honest: Honest | None = None
+    bank: Judged | None = None
+
+    @property
+    def final(self) -> Prepared:
+        """The filter that is reported at the end."""
+        return self.prepared.members[int(self.bank.best[-1]) if self.bank is not None else 0]
 
 
 def run_problem(
@@ -95,27 +102,34 @@ def run_problem(
     _refuse_too_long(prepared)
     ready = time.perf_counter()
     wanted = covariance_steps(len(prepared.steps), problem.estimator.covariance_samples)
-    honest = HonestSigma(prepared, problem.truth, wanted) if problem.truth is not None else None
-    watchers: list[Watcher] = [
-        *(watch(prepared) if watch is not None else ()),
-        *([honest] if honest is not None else []),
+    members = prepared.members
+    honest = [HonestSigma(one, problem.truth, wanted) for one in members] if problem.truth is not None else []
+    watchers: list[list[Watcher]] = [
+        [*(watch(one) if watch is not None else ()), *honest[i : i + 1]] for i, one in enumerate(members)
     ]
     pieces, filtering = _scan(prepared, progress, wanted, watchers)
     timing = Timing(loaded - begin, ready - loaded, filtering)
     done = _collect(prepared, pieces, wanted, timing)
-    if honest is None:
+    if not honest:
         return done
-    if honest.lost:
-        told = Event(float("nan"), "truth model", "no honest sigma", honest.lost)
+    best = np.concatenate([p.best for p in pieces])
+    final = honest[int(best[-1])]
+    if final.lost:
+        told = Event(float("nan"), "truth model", "no honest sigma", final.lost)
         return replace(done, events=(*done.events, told))
-    return replace(done, honest=honest.collected())
+    return replace(done, honest=of_reported(honest, best, wanted))
 
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """One chunk after the filter: what is kept of it. ``result`` is without its covariances and rows, which fill the memory."""
+    """One chunk after the filter: what is kept of it. ``result`` is without its covariances and rows, which fill the memory.
+
+    ``score`` (K, members) and ``best`` (K,) are those of a bank; of a plain filter zero.
+    """
 
     result: ChunkResult
+    score: FloatArray
+    best: NDArray[np.int64]
     sigma: FloatArray
     output: FloatArray
     output_sigma: FloatArray
@@ -125,28 +139,32 @@ class _Piece:
 
 
 def _scan(
-    prepared: Prepared, progress: Progress | None, wanted: NDArray[np.int64], watchers: Sequence[Watcher]
+    prepared: Prepared, progress: Progress | None, wanted: NDArray[np.int64], watchers: Sequence[Sequence[Watcher]]
 ) -> tuple[list[_Piece], float]:
-    steps, state, pieces, spent = prepared.steps, prepared.state, [], 0.0
-    length = chunk_length(len(prepared.plan.states))
-    covariance = prepared.prior[1]
+    """Chunk by chunk, all members over each; ``watchers`` are those of each member."""
+    steps, members, pieces, spent = prepared.steps, prepared.members, list[_Piece](), 0.0
+    length = chunk_length(len(prepared.plan.states), len(members))
+    states, covariances = [one.state for one in members], [one.prior[1] for one in members]
+    score = np.zeros(len(members))
     for first in range(0, len(steps), length):
         last = min(first + length, len(steps))
-        chunk = make_chunk(prepared, first, last)
-        before, begin = state, time.perf_counter()
-        with (
-            _told_when(first, last, prepared.steps.time),
-            np.errstate(over="ignore", invalid="ignore", divide="ignore"),
-        ):
-            state, result = prepared.scan.run(state, chunk)
+        chunk, own_time = make_chunk(prepared, first, last), steps.time[first:last]
+        before, begin = states, time.perf_counter()
+        with _told_when(first, last, steps.time), np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            done = [one.scan.run(state, chunk) for one, state in zip(members, states, strict=True)]
+            states, results = [state for state, _ in done], [result for _, result in done]
+            judged = judge(prepared.plan, results, score, scored=prepared.problem.kind == "bank")
+            result = reported(results, judged.best)
         spent += time.perf_counter() - begin
-        refuse_lost(prepared.plan, result, first, prepared.steps.time[first:last])
-        with _told_when(first, last, prepared.steps.time):
-            pieces.append(_piece(prepared, result, first, last, wanted))
-            stretch = _stretch(prepared, chunk, result, before, covariance, prepared.steps.time[first:last])
-            for see in watchers:
-                see(stretch)
-        covariance = result.covariance[-1]
+        refuse_lost(prepared.plan, result, first, own_time)
+        score = judged.score[-1]
+        with _told_when(first, last, steps.time):
+            pieces.append(_piece(prepared, result, judged, first, last, wanted))
+            for i in np.flatnonzero(np.isfinite(score)).tolist():
+                stretch = _stretch(members[i], chunk, results[i], before[i], covariances[i], own_time)
+                for see in watchers[i]:
+                    see(stretch)
+        covariances = [each.covariance[-1] for each in results]
         if progress is not None:
             progress(last, len(steps))
     return pieces, spent
@@ -191,14 +209,14 @@ def _refuse_too_long(prepared: Prepared) -> None:
     plan, steps = prepared.plan, len(prepared.steps)
     n, outputs = len(plan.states), sum(len(o.components) for o, _ in plan.outputs)
     rows = sum(m.rows for m in plan.measurements)
-    numbers = 4 * n + 4 * outputs + 3 * rows + 6 * len(plan.measurements)
+    numbers = 4 * n + 4 * outputs + 3 * rows + 7 * len(plan.measurements) + len(prepared.members)
     text = f"the results of {steps} steps of {n} states"
     refuse_too_large(2.0 * 8.0 * steps * numbers, text, "shorten the record, or run it in parts")
 
 
-def chunk_length(states: int) -> int:
-    """Steps that are run at once: memory stays bounded however many states there are."""
-    return max(1, min(LONGEST_CHUNK, CHUNK_NUMBERS // max(1, states * states)))
+def chunk_length(states: int, members: int = 1) -> int:
+    """Steps that are run at once: memory stays bounded however many states and members of a bank there are."""
+    return max(1, min(LONGEST_CHUNK, CHUNK_NUMBERS // max(1, members * states * states)))
 
 
 def covariance_steps(count: int, samples: int) -> NDArray[np.int64]:
@@ -206,7 +224,9 @@ def covariance_steps(count: int, samples: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count - 1, min(count, samples)).round().astype(np.int64))
 
 
-def _piece(prepared: Prepared, result: ChunkResult, first: int, last: int, wanted: NDArray[np.int64]) -> _Piece:
+def _piece(
+    prepared: Prepared, result: ChunkResult, judged: Judged, first: int, last: int, wanted: NDArray[np.int64]
+) -> _Piece:
     problem = prepared.problem
     rows = problem.plan.layout.complete(result.rows)
     values = [output_values(problem, o, j, result, rows) for o, j in problem.plan.outputs]
@@ -224,6 +244,8 @@ def _piece(prepared: Prepared, result: ChunkResult, first: int, last: int, wante
     inside = wanted[(wanted >= first) & (wanted < last)] - first
     return _Piece(
         result=replace(result, covariance=np.zeros((0, 0, 0)), rows=np.zeros((0, 0)), provider=np.zeros((0, 0))),
+        score=judged.score,
+        best=judged.best,
         sigma=np.sqrt(np.maximum(np.einsum("kii->ki", result.covariance), 0.0)),
         output=np.concatenate([v for v, _ in values], axis=1) if values else empty,
         output_sigma=np.concatenate([s for _, s in values], axis=1) if values else empty,
@@ -248,6 +270,7 @@ def _collect(prepared: Prepared, pieces: list[_Piece], wanted: NDArray[np.int64]
         columns = [wrapped(output[:, i] - output_truth[:, i], p) for i, p in enumerate(periods)]
         error = np.stack(columns, axis=1) if columns else np.zeros_like(output)
     disposition, used = joined("disposition").astype(np.int64), joined("used").astype(np.int64)
+    bank = Judged(kept("score"), kept("best").astype(np.int64)) if prepared.problem.kind == "bank" else None
     return Collected(
         prepared=prepared,
         estimate=joined("estimate"),
@@ -264,6 +287,11 @@ def _collect(prepared: Prepared, pieces: list[_Piece], wanted: NDArray[np.int64]
         truth=kept("truth") if known else None,
         output_truth=output_truth,
         output_error=error,
-        events=(*prepared.events, *disposition_events(prepared, disposition, used, joined("nis"))),
+        events=(
+            *prepared.events,
+            *disposition_events(prepared, disposition, used, joined("nis")),
+            *(lost_members(prepared, bank.score) if bank is not None else ()),
+        ),
         timing=timing,
+        bank=bank,
     )

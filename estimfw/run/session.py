@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,13 +17,14 @@ from estimfw.config.compose import Problem
 from estimfw.data.record import SAME, Event, Record, Stream
 from estimfw.data.timeline import Steps
 from estimfw.errors import DataError, UsageError
+from estimfw.estimators.bank import judge, reported, weights
 from estimfw.estimators.scan import Chunk, ChunkResult, refuse_lost, row_offsets
 from estimfw.kernels.fuse import LATE, MEANINGS
 from estimfw.model.nominal import InitialNominal
 from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.outputs import output_values
-from estimfw.run.prepare import filter_start
+from estimfw.run.prepare import begin
 from estimfw.run.waiting_rows import DueRow, WaitingRows
 
 __all__ = ["Estimate", "Session"]
@@ -37,6 +38,7 @@ class Estimate:
 
     ``states`` and ``outputs`` map a label to (value, sigma) in SI; ``covariance`` is (n, n). ``dispositions`` says what became of
     each measurement that was due, or late since the step before; ``nis`` holds the NIS of those that were due.
+    Of a bank it is the likeliest ``member``; ``weights`` are those of all, see `estimfw.estimators.bank`.
     """
 
     time: float
@@ -45,6 +47,8 @@ class Estimate:
     covariance: FloatArray
     dispositions: Mapping[str, str]
     nis: Mapping[str, float]
+    member: str = ""
+    weights: Mapping[str, float] = field(default_factory=dict)
 
 
 class Session:
@@ -93,9 +97,10 @@ class Session:
         self._plan, self._provider, self._periods = problem.plan, problem.provider, dict(periods or {})
         initial = self._provider.start(given, Record({}))
         self._bound = self._provider.bind(problem.settings)
-        row = self._bound.initial_row(initial) if self._bound is not None else self._plan.layout.pack(problem.reference)
         one = Steps(time, np.array([time]), np.zeros(1), np.zeros(2, np.int64), {}, np.zeros(1, dtype=bool), ())
-        self._scan, self._state, _ = filter_start(problem, self._bound, initial, row, one)
+        self._members = begin(problem, self._bound, initial, one)
+        self._states = [member.state for member in self._members]
+        self._score = np.zeros(len(self._members))
         self._begin, self._steps, self._last = time, 0, None
         self._samples: list[FloatArray] = []
         self._stamps: list[float] = []
@@ -243,10 +248,13 @@ class Session:
         readings, due, interval = self._due(time, dt, self._rows.take(time))
         inputs = self._inputs.take(time - dt)
         chunk = Chunk(samples, np.array([dt]), np.array([restart]), inputs, readings, due, interval)
-        self._state, result = self._scan.run(self._state, chunk)
+        done = [member.scan.run(state, chunk) for member, state in zip(self._members, self._states, strict=True)]
+        self._states, results = [state for state, _ in done], [result for _, result in done]
+        judged = judge(self._plan, results, self._score, scored=self.problem.kind == "bank")
+        self._score, result = judged.score[-1], reported(results, judged.best)
         refuse_lost(self._plan, result, self._steps, np.array([time]))
         self.time, self._steps = time, self._steps + 1
-        self._last = self._estimate(result)
+        self._last = self._estimate(result, int(judged.best[0]))
         return self._last
 
     def _due(
@@ -275,7 +283,7 @@ class Session:
         fresh, self._ticks[name] = ticks > self._ticks[name], ticks
         return fresh, every
 
-    def _estimate(self, result: ChunkResult) -> Estimate:
+    def _estimate(self, result: ChunkResult, best: int) -> Estimate:
         plan = self._plan
         rows = plan.layout.complete(result.rows)
         sigma = np.sqrt(np.maximum(np.diag(result.covariance[0]), 0.0))
@@ -295,4 +303,12 @@ class Session:
             covariance=result.covariance[0],
             dispositions=dict.fromkeys(late, MEANINGS[LATE]) | due,
             nis={m.name: float(result.nis[0, j]) for j, m in enumerate(plan.measurements) if m.name in due},
+            member=self._members[best].label if self.problem.kind == "bank" else "",
+            weights=self._weights(),
         )
+
+    def _weights(self) -> dict[str, float]:
+        if self.problem.kind != "bank":
+            return {}
+        each = weights(self._score).tolist()
+        return {member.label: weight for member, weight in zip(self._members, each, strict=True)}

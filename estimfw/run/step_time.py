@@ -20,8 +20,8 @@ SHORTEST = 0.02
 
 @dataclass(frozen=True, slots=True)
 class StepTime:
-    """``seconds`` a step, provider and filter together: the median over the repeats; ``ratio`` the median of the ratios to
-    the first filter within a repeat; ``kernel`` is what ran."""
+    """``seconds`` a step, provider and filter together, of a bank all members: the median over the repeats; ``ratio`` the median
+    of the ratios to the first filter within a repeat; ``kernel`` is what ran."""
 
     seconds: float
     ratio: float
@@ -50,6 +50,7 @@ def _seconds_a_step(prepared: Prepared, chunk: Chunk) -> float:
     begin, steps = time.perf_counter(), 0
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         while (spent := time.perf_counter() - begin) < SHORTEST or not steps:
-            prepared.scan.run(prepared.state, chunk)
+            for member in prepared.members:
+                member.scan.run(member.state, chunk)
             steps += len(chunk)
     return spent / steps

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
 from estimfw.estimators.scan import ChunkResult
-from estimfw.kernels.fuse import FUSED
+from estimfw.kernels.fuse import FUSED, GATED
 from estimfw.run.load import load_record
 from estimfw.run.prepare import make_chunk, prepare
 
@@ -64,7 +64,7 @@ def test_compiled_and_numpy_kernels_agree(example: Example, case: str) -> None:
     assert np.nanmax(np.abs(numpy.innovation - numba.innovation) / numpy.sigma) < 1e-9
     np.testing.assert_allclose(numpy.nis, numba.nis, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(numpy.log_det, numba.log_det, rtol=1e-9, atol=1e-9)
-    np.testing.assert_array_equal(np.isfinite(numpy.log_det), numpy.disposition == FUSED)
+    np.testing.assert_array_equal(np.isfinite(numpy.log_det), np.isin(numpy.disposition, (FUSED, GATED)))
 
 
 def test_the_closed_loop_case_gates_and_corrects(example: Example) -> None:

@@ -52,13 +52,15 @@ def test_log_det_is_that_of_the_innovation_covariance_of_what_was_fused(kernel: 
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_log_det_is_unknown_where_nothing_was_fused(kernel: ModuleType) -> None:
+def test_log_det_is_told_of_a_gated_measurement_too_and_of_no_other(kernel: ModuleType) -> None:
     form = kernel.factor(P)
     gated = fuse(kernel, X, form, Z, H, R, np.full(4, 1e-9))
+    assert gated.disposition == GATED
+    assert gated.log_det == pytest.approx(np.linalg.slogdet(H @ P @ H.T + R)[1], rel=1e-13)
     missing = fuse(kernel, X, form, np.full(3, np.nan), H, R, None)
     invalid = fuse(kernel, X, kernel.factor(np.zeros((3, 3))), Z, H, np.zeros((3, 3)), None)
-    assert [int(d.disposition) for d in (gated, missing, invalid)] == [GATED, MISSING, INVALID]
-    assert all(np.isnan(d.log_det) for d in (gated, missing, invalid))
+    assert [int(d.disposition) for d in (missing, invalid)] == [MISSING, INVALID]
+    assert np.isnan(missing.log_det) and np.isnan(invalid.log_det)
 
 
 @pytest.mark.parametrize("kernel", KERNELS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from estimfw.config.generic import (
+    bank,
     blocks,
     determination,
     direct,
@@ -53,6 +54,7 @@ def core_components() -> list[Component]:
         Component("source", "log", log.LogConfig, log.log, "logged measurements: a CSV or NPZ file for each stream"),
         *preprocessing_components(),
         Component("estimator", "kalman", kalman.KalmanConfig, estimation.one_filter, "Kalman filter: UD or Joseph"),
+        Component("estimator", "bank", bank.BankConfig, bank.bank, "one filter from several starts, the likeliest reported"),
         Component(
             "estimator", "determination", determination.DeterminationConfig, determination.determination,
             "what the nominal provider computes, without states",

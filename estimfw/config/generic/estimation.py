@@ -6,11 +6,37 @@ from dataclasses import dataclass
 
 from estimfw.config.generic.kalman import KalmanConfig
 from estimfw.config.generic.unscented import UnscentedConfig
+from estimfw.units.quantity import Quantity
 
-__all__ = ["Estimation", "RecursionSettings", "one_filter"]
+__all__ = ["Estimation", "RecursionSettings", "StartSpread", "one_filter"]
 
 #: Settings of a recursion over the whole model.
 RecursionSettings = KalmanConfig | UnscentedConfig
+
+
+@dataclass(frozen=True, slots=True)
+class StartSpread:
+    """Several starts around one.
+
+    Attributes
+    ----------
+    quantity : str
+        A value of the start, or the quantity of a correction slot.
+    axis : str, int or None
+        Of a frame, or a place; None for a single number.
+    count : int
+    spacing : Quantity
+    """
+
+    quantity: str
+    axis: str | int | None
+    count: int
+    spacing: Quantity
+
+    @property
+    def steps(self) -> tuple[int, ...]:
+        """How many spacings each is away: 0, 1, -1, 2, -2, ..."""
+        return tuple((k + 1) // 2 * (1 if k % 2 else -1) for k in range(self.count))
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,13 +46,16 @@ class Estimation:
     Attributes
     ----------
     kind : str
-        ``kalman``, ``unscented``, ``determination``.
+        ``kalman``, ``unscented``, ``bank``, ``determination``.
     filter : KalmanConfig or UnscentedConfig
-        How the recursion is done.
+        How the recursion is done; of each member of a bank.
+    starts : StartSpread or None
+        How the members of a bank differ; None: the start itself is several.
     """
 
     kind: str
     filter: RecursionSettings
+    starts: StartSpread | None = None
 
 
 def one_filter(cfg: RecursionSettings) -> Estimation:

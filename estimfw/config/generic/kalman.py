@@ -54,7 +54,7 @@ class KalmanConfig(RecursionConfig):
     (in the record's time) at which the nominal is corrected and the filter starts anew from its prior.
     """
 
-    kind: Literal["kalman"] = "kalman"
+    kind: Annotated[Literal["kalman"], Field(description="a Kalman filter")] = "kalman"
     covariance: Annotated[
         Literal["ud", "joseph"],
         Field(description="form of the covariance: factors U D U', or full with Joseph's update"),

@@ -21,7 +21,7 @@ class UnscentedConfig(RecursionConfig):
     in ``kalman``. The defaults have positive weights only. Honest sigmas and budgets beside it hold to first order.
     """
 
-    kind: Literal["unscented"]
+    kind: Annotated[Literal["unscented"], Field(description="an unscented filter")]
     loop: Annotated[
         Literal["open", "closed"], Field(description="closed: each step's estimate corrects the nominal provider")
     ] = "closed"
