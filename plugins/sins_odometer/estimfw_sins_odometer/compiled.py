@@ -14,7 +14,7 @@ from numba import njit
 # mypy: disallow-untyped-defs=False, disallow-untyped-decorators=False, check-untyped-defs=False
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, type-arg, untyped-decorator"
 
-__all__ = ["correct", "determination_step", "estimation_step", "keep", "preintegrate"]
+__all__ = ["correct", "determination_step", "estimation_step", "keep", "preintegrate", "reckoning_step"]
 
 
 @njit(cache=True)
@@ -301,6 +301,40 @@ def determination_step(state, sample, params, process_row, end_row):
     _write(end_row, 21, beta)
     _write(end_row, 24, _times(C_in, r))
     end_row[27] = math.sqrt(max(smallest, 0.0) / max(time, 1e-9))
+    for k in range(end_row.shape[0]):
+        process_row[k] = end_row[k]
+
+
+@njit(cache=True)
+def reckoning_step(state, sample, params, process_row, end_row):
+    """One step of dead reckoning in place; both rows are written, and are the same."""
+    dt, C, track, v, bias = sample[0], _nine(state, 0), _three(state, 9), _three(state, 12), _three(state, 15)
+    own = np.zeros(46)
+    own[0] = own[4] = own[8] = 1.0
+    _write(own, 39, v)
+    _write(own, 42, v)
+    preintegrate(own, sample, params)
+    C_bi, S = _nine(own, 0), _three(own, 12)
+    drift = _times(_nine(own, 21), bias)
+    v_n, L = _times(C, v), params[11] + track[1] / params[5]
+    east = v_n[0] / params[6]
+    rate = (
+        -v_n[1] / params[5],
+        7.292115e-5 * math.cos(L) + east,
+        7.292115e-5 * math.sin(L) + east * math.tan(L),
+    )
+    half = _exponential((-0.5 * dt * rate[0], -0.5 * dt * rate[1], -0.5 * dt * rate[2]))
+    full = _exponential((-dt * rate[0], -dt * rate[1], -dt * rate[2]))
+    way = _times(half, _times(C, _times(_exponential((-0.5 * drift[0], -0.5 * drift[1], -0.5 * drift[2])), S)))
+    track = _plus(track, way, 1.0)
+    C = _product(_product(_product(full, C), _exponential((-drift[0], -drift[1], -drift[2]))), C_bi)
+    v = _times(_transposed(C_bi), _three(own, 39))
+    _write(state, 0, C)
+    _write(state, 9, track)
+    _write(state, 12, v)
+    _write(end_row, 0, C)
+    _write(end_row, 9, _times(C, v))
+    _write(end_row, 12, track)
     for k in range(end_row.shape[0]):
         process_row[k] = end_row[k]
 

@@ -58,13 +58,15 @@ class Motion:
     """A drive at the instants ``time`` (N + 1,) s, the first of them 0.
 
     ``C_bn`` (N + 1, 3, 3), ``velocity_n`` (N + 1, 3) m/s of the IMU, ``position`` (N + 1, 3) latitude and longitude (rad) and
-    height (m), ``speed`` (N + 1,) m/s forward at the odometer, ``increments`` (N, 6) rad and m/s.
+    height (m), ``track`` (N + 1, 3) east, north, up of the start (m), ``speed``
+    (N + 1,) m/s forward at the odometer, ``increments`` (N, 6) rad and m/s.
     """
 
     time: FloatArray
     C_bn: FloatArray
     velocity_n: FloatArray
     position: FloatArray
+    track: FloatArray
     speed: FloatArray
     increments: FloatArray
 
@@ -85,8 +87,11 @@ def moved(
     velocity = CubicSpline(time, at_odometer - np.cross(turning, lever_arm))
     C_bn = _attitude(angles(time))
     velocity_n = _times(C_bn, velocity(time))
-    position = _positions(time, velocity_n, place)
-    return Motion(time, C_bn, velocity_n, position, v, _increments(time, angles, velocity, CubicSpline(time, position)))
+    track = _track(time, velocity_n)
+    position = _positions(track, place)
+    return Motion(
+        time, C_bn, velocity_n, position, track, v, _increments(time, angles, velocity, CubicSpline(time, position))
+    )
 
 
 def _angles(route: Route, time: FloatArray, v: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -128,15 +133,18 @@ def _turning(angles: FloatArray, rates: FloatArray) -> FloatArray:
     return np.stack([x, roll_dot - np.sin(pitch) * heading_dot, z], axis=-1)
 
 
-def _positions(time: FloatArray, velocity_n: FloatArray, place: tuple[float, float, float]) -> FloatArray:
-    """Latitude, longitude, height (N, 3) by trapezoids; the radii are those of the start."""
+def _track(time: FloatArray, velocity_n: FloatArray) -> FloatArray:
+    """Way east, north, up (N, 3) m since the start, by trapezoids."""
+    mean = 0.5 * (velocity_n[1:] + velocity_n[:-1]) * (time[1] - time[0])
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(mean, axis=0)])
+
+
+def _positions(track: FloatArray, place: tuple[float, float, float]) -> FloatArray:
+    """Latitude, longitude, height (N, 3); the radii are those of the start."""
     latitude, longitude, height = place
     R_M, R_N = float(meridian_radius(latitude)) + height, float(prime_vertical_radius(latitude)) + height
-    dt = time[1] - time[0]
-    mean = 0.5 * (velocity_n[1:] + velocity_n[:-1]) * dt
-    way = np.concatenate([np.zeros((1, 3)), np.cumsum(mean, axis=0)])
-    L = latitude + way[:, 1] / R_M
-    return np.stack([L, longitude + way[:, 0] / (R_N * np.cos(0.5 * (L + latitude))), height + way[:, 2]], axis=-1)
+    L = latitude + track[:, 1] / R_M
+    return np.stack([L, longitude + track[:, 0] / (R_N * np.cos(0.5 * (L + latitude))), height + track[:, 2]], axis=-1)
 
 
 def _increments(time: FloatArray, angles: CubicSpline, velocity: CubicSpline, position: CubicSpline) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pluggy
 
 from estimfw.registry.component import Component
-from estimfw_sins_odometer import blocks, determined, level, measurement, process, provider, simulate
+from estimfw_sins_odometer import aligned, blocks, determined, level, measurement, process, provider, reckoned, simulate
 
 __all__ = ["ESTIMFW_API", "estimfw_components"]
 
@@ -25,6 +25,11 @@ def estimfw_components() -> list[Component]:
             "nominal", "determination", determined.DeterminationConfig, determined.determined,
             "the attitude that fits the integrated velocities best",
         ),
+        Component(
+            "nominal", "dead_reckoning", reckoned.DeadReckoningConfig, reckoned.dead_reckoning,
+            "the track of a vehicle whose attitude is known",
+        ),
+        Component("initial", "aligned", aligned.AlignedConfig, aligned.aligned, "the attitude that another run found"),
         Component("initial", "level", level.LevelConfig, level.level, "levelled by the first second, heading assumed"),
         Component("block", "attitude_error", blocks.AttitudeErrorConfig, blocks.attitude_error, "attitude error phi in i"),
         Component("block", "gyro_bias", blocks.GyroBiasConfig, blocks.gyro_bias, "gyro bias in b"),

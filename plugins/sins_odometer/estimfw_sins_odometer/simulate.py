@@ -23,7 +23,7 @@ from estimfw.config.types import (
 )
 from estimfw.data.draws import Draws
 from estimfw.data.memory import refuse_too_large
-from estimfw.data.record import Record, Stream
+from estimfw.data.record import Record, Stream, Truth
 from estimfw.errors import ConfigError
 from estimfw.model.nominal import InitialNominal
 from estimfw_sins_odometer.motion import Motion, Violations, moved
@@ -129,8 +129,6 @@ class Simulation:
         imu = Stream("imu", time[1:], measured, IMU_COLUMNS, "increment", 1.0 / cfg.rate)
         streams = {"imu": self._with_speed(imu, motion, pulses), "odometer": self._counter(time, pulses)}
         attributes = {"source": cfg.kind, "seed": cfg.seed}
-        from estimfw.data.record import Truth
-
         return Record(streams, truth=Truth(time[1:], _truth(motion, realised)), attributes=attributes)
 
     def _instants(self, rate: float) -> FloatArray:
@@ -177,6 +175,7 @@ def _truth(motion: Motion, realised: RealisedErrors) -> dict[str, FloatArray]:
         "C_bn": motion.C_bn[1:],
         "velocity_n": motion.velocity_n[1:],
         "position": motion.position[1:],
+        "track": motion.track[1:],
         "speed": motion.speed[1:],
         "accel_bias_b": realised.accel.bias,
         "gyro_bias_b": realised.gyro.bias,
