@@ -90,7 +90,7 @@ class Session:
         if problem.preprocess:
             raise UsageError(
                 f"a session does not preprocess: {', '.join(problem.preprocess)}",
-                hint="run the record as a whole, or hand over preprocessed rows and leave the section `preprocess` out",
+                hint="PreprocessingSession takes raw rows; or hand over preprocessed ones and leave the section `preprocess` out",
             )
         given = start if start is not None else given_start(problem)
         self.problem, self.time, self.events = problem, time, list[Event]()

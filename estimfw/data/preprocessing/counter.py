@@ -17,11 +17,20 @@ from estimfw.data.preprocessing.rows import GAP, columns_of, count_of, ordered, 
 from estimfw.data.record import Event, FloatArray, Stream
 from estimfw.errors import DataError
 
-__all__ = ["Counter", "Increments", "counted", "increments"]
+__all__ = ["KINDS", "TOLD", "Counter", "Increments", "counted", "fits", "increments", "moved"]
 
 Bools = NDArray[np.bool_]
+Output = Literal["rate", "increment", "count"]
 
-_TOLD = {
+#: Of the stream that an output makes.
+KINDS: dict[Output, Literal["increment", "mean", "sample"]] = {
+    "rate": "mean",
+    "increment": "increment",
+    "count": "sample",
+}
+
+#: By the kind of an event what is told.
+TOLD = {
     "missing": "counts are missing: their pulses show in the next one",
     "spike": "single counts fit neither the one before nor the one after them: left out",
     "wrap": "the counter wrapped: unwrapped",
@@ -90,11 +99,30 @@ def increments(time: FloatArray, counts: FloatArray, counter: Counter) -> Increm
     for kind, which in found.items():
         flags[kind] = np.zeros(time.size, dtype=bool)
         flags[kind][rows[1:][which]] = True
-    begun = np.where(found["reset"] & (counts[rows[1:]] <= _most(elapsed, counter)), counts[rows[1:]], 0.0)
-    total = counts[rows[:1]].sum() + np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(step), step, begun))])
+    known = _known(step, counts[rows[1:]], elapsed, found["reset"], counter)
+    total = counts[rows[:1]].sum() + np.concatenate([[0.0], np.cumsum(known)])
     whole = [np.full(time.size, np.nan) for _ in range(3)]
     whole[0][rows[1:]], whole[1][rows[1:]], whole[2][rows] = step, elapsed, total[: rows.size]
     return Increments(whole[0], whole[1], whole[2], flags)
+
+
+def fits(one: tuple[float, float], other: tuple[float, float], counter: Counter) -> bool:
+    """Whether a reading (time, count) can follow another one."""
+    return bool(np.isfinite(moved(one, other, counter)[0]))
+
+
+def moved(one: tuple[float, float], other: tuple[float, float], counter: Counter) -> tuple[float, float, str]:
+    """Counts from a reading (time, count) to a later one, NaN if nobody knows; what of them is known; what was wrong."""
+    time, counts = np.array([one[0], other[0]]), np.array([one[1], other[1]])
+    step, elapsed, found = _steps(time, counts, counter)
+    known = _known(step, counts[1:], elapsed, found["reset"], counter)
+    return float(step[0]), float(known[0]), next((kind for kind, which in found.items() if which[0]), "")
+
+
+def _known(step: FloatArray, counts: FloatArray, elapsed: FloatArray, reset: Bools, counter: Counter) -> FloatArray:
+    """Counts that are sure: after a reset those since then."""
+    begun = np.where(reset & (counts <= _most(elapsed, counter)), counts, 0.0)
+    return np.where(np.isfinite(step), step, begun)
 
 
 def _most(elapsed: FloatArray, counter: Counter) -> FloatArray:
@@ -138,7 +166,7 @@ def _spikes(time: FloatArray, counts: FloatArray, rows: NDArray[np.int64], count
 
 
 def counted(
-    stream: Stream, columns: dict[str, str], counter: Counter, output: Literal["rate", "increment", "count"], into: str
+    stream: Stream, columns: dict[str, str], counter: Counter, output: Output, into: str
 ) -> tuple[Stream, tuple[Event, ...]]:
     """A stream of what was counted.
 
@@ -173,14 +201,13 @@ def counted(
     for i, column in enumerate(columns):
         events += tuple(_events(raw, column, flat[i :: len(columns)]))
     first = 0 if output == "count" else 1
-    kind: Literal["increment", "mean", "sample"] = {"rate": "mean", "increment": "increment", "count": "sample"}[output]  # type: ignore[assignment]
     result = replace(
         raw,
         name=into,
         time=raw.time[first:],
         values=np.moveaxis(made, -1, -2)[..., first:, :],
         columns=tuple(columns.values()),
-        kind=kind,
+        kind=KINDS[output],
         period=period,
     )
     return result, events
@@ -216,7 +243,7 @@ def _gaps(stream: Stream, period: float) -> tuple[Event, ...]:
 
 
 def _events(stream: Stream, column: str, found: list[Increments]) -> Iterator[Event]:
-    for kind, text in _TOLD.items():
+    for kind, text in TOLD.items():
         first, count = count_of(np.array([one.flags[kind] for one in found]))
         if count:
             yield Event(float(stream.time[first]), stream.name, kind, f"{column}: {text}", count)

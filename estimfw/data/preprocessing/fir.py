@@ -18,7 +18,7 @@ from estimfw.data.preprocessing.rows import columns_of, count_of, ordered, perio
 from estimfw.data.record import Event, FloatArray, Stream
 from estimfw.errors import ConfigError, DataError
 
-__all__ = ["FirWindow", "LowPass", "gain", "low_passed", "taps_for"]
+__all__ = ["FirWindow", "LowPass", "gain", "low_passed", "steps_between", "taps_for"]
 
 FirWindow = Literal["hamming", "hann", "blackman"]
 
@@ -153,17 +153,22 @@ def low_passed(
 
 def _places(stream: Stream, period: float) -> NDArray[np.int64]:
     """Where each row stands among equal steps, from 0; a clock that drifts is followed."""
-    steps = np.diff(stream.time) / period
+    return np.concatenate([[0], np.cumsum(steps_between(stream.name, stream.time, period))]).astype(np.int64)
+
+
+def steps_between(name: str, time: FloatArray, period: float) -> FloatArray:
+    """Whole sampling intervals (N - 1,) between stamps (N,) s; DataError where they are none."""
+    steps = np.diff(time) / period
     whole = np.round(steps)
     bad = (np.abs(steps - whole) > _IRREGULAR) | (whole < 1.0)
     if bad.any():
         at = int(np.argmax(bad))
         raise DataError(
-            f"stream {stream.name!r}: {stream.time[at]:.10g} s and {stream.time[at + 1]:.10g} s are no whole number of "
+            f"stream {name!r}: {time[at]:.10g} s and {time[at + 1]:.10g} s are no whole number of "
             f"sampling intervals ({period:.6g} s) apart",
             hint="a FIR filter needs readings at a constant rate: join the column onto a regular stream first",
         )
-    return np.concatenate([[0], np.cumsum(whole)]).astype(np.int64)
+    return np.asarray(whole)
 
 
 def _on_grid(

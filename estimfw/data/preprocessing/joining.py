@@ -14,7 +14,7 @@ from estimfw.data.record import SAME, Event, FloatArray, Stream
 from estimfw.data.row_order import known_jump
 from estimfw.errors import DataError
 
-__all__ = ["Joining", "Method", "joined"]
+__all__ = ["METHODS", "Joining", "Method", "joined"]
 
 Method = Literal["linear", "last", "difference", "rate"]
 Bools = NDArray[np.bool_]
@@ -76,7 +76,7 @@ def joined(
     if not inside.any():
         raise _apart(target, source)
     begin = _begins(target)
-    take = _METHODS[joining.method]
+    take = METHODS[joining.method]
     lead = np.broadcast_shapes(target.values.shape[:-2], source.values.shape[:-2])
     lines = np.broadcast_to(np.moveaxis(source.values[..., at], -2, -1), (*lead, len(at), len(source)))
     made, bridged = (
@@ -155,8 +155,8 @@ def _rate(
     return gained / (time - begin), bridged
 
 
-_Take = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, float, float], tuple[FloatArray, Bools]]
-_METHODS: dict[Method, _Take] = {"linear": _linear, "last": _last, "difference": _difference, "rate": _rate}
+Take = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, float, float], tuple[FloatArray, Bools]]
+METHODS: dict[Method, Take] = {"linear": _linear, "last": _last, "difference": _difference, "rate": _rate}
 
 
 def _apart(target: Stream, source: Stream) -> DataError:

@@ -13,6 +13,8 @@ from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Identifier, PositiveInt, Settings, Site, positive_quantity
 from estimfw.config.wanted_columns import Wanted, with_columns, without_columns
 from estimfw.data.preprocessing.counter import Counter, counted
+from estimfw.data.preprocessing.online import Layouts
+from estimfw.data.preprocessing.online_counter import OnlineCounter
 from estimfw.data.preprocessing.rows import stream_of
 from estimfw.data.record import Record
 from estimfw.units import Quantity, parse_unit
@@ -94,6 +96,10 @@ class CountedPulses:
         """The record with the result, and events for all that was no plain count."""
         made, events = counted(stream_of(record, self.stream), dict(self.columns), self.counter, self.output, self.into)
         return replace(record, streams={**record.streams, self.into: made}, events=(*record.events, *events))
+
+    def online(self, layouts: Layouts) -> OnlineCounter:
+        """The same in a session."""
+        return OnlineCounter(layouts, self.stream, self.columns, self.counter, self.output, self.into)
 
 
 def counter(name: str, cfg: CounterConfig, site: Site | None) -> CountedPulses:

@@ -11,6 +11,8 @@ from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Identifier, Names, Settings, Site, non_negative_quantity, positive_quantity
 from estimfw.config.wanted_columns import Wanted, with_columns, without_columns
 from estimfw.data.preprocessing.fir import FirWindow, LowPass, low_passed
+from estimfw.data.preprocessing.online import Layouts
+from estimfw.data.preprocessing.online_fir import OnlineFir
 from estimfw.data.preprocessing.rows import stream_of
 from estimfw.data.record import Record
 
@@ -77,6 +79,10 @@ class FirLowPass:
         """The record with the filtered stream, and events for rows left out and holes."""
         made, events = low_passed(stream_of(record, self.stream), self.columns, self.low_pass, self.into)
         return replace(record, streams={**record.streams, self.into: made}, events=(*record.events, *events))
+
+    def online(self, layouts: Layouts) -> OnlineFir:
+        """The same in a session."""
+        return OnlineFir(layouts, self.stream, self.columns, self.low_pass, self.into)
 
 
 def fir_lowpass(name: str, cfg: FirLowPassConfig, site: Site | None) -> FirLowPass:

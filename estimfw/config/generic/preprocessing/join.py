@@ -12,6 +12,8 @@ from estimfw.config.generic.preprocessing.free_quantity import times_second
 from estimfw.config.types import Settings, Site, positive_quantity
 from estimfw.config.wanted_columns import Wanted, with_columns, without_columns
 from estimfw.data.preprocessing.joining import Joining, Method, joined
+from estimfw.data.preprocessing.online import Layouts
+from estimfw.data.preprocessing.online_join import OnlineJoin
 from estimfw.data.preprocessing.rows import stream_of
 from estimfw.data.record import Record
 
@@ -65,6 +67,10 @@ class Join:
             stream_of(record, self.onto), stream_of(record, self.stream), dict(self.columns), self.joining
         )
         return replace(record, streams={**record.streams, self.onto: made}, events=(*record.events, *events))
+
+    def online(self, layouts: Layouts) -> OnlineJoin:
+        """The same in a session."""
+        return OnlineJoin(layouts, self.stream, self.onto, self.columns, self.joining)
 
 
 def join(name: str, cfg: JoinConfig, site: Site | None) -> Join:

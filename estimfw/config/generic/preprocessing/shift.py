@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from estimfw.config.types import Settings, Site, quantity
+from estimfw.data.preprocessing.online import Layouts, OnlineShift
 from estimfw.data.preprocessing.rows import stream_of
 from estimfw.data.preprocessing.shift import Clock, shifted
 from estimfw.data.record import Record
@@ -45,6 +46,10 @@ class Shift:
         """The record with the stream on its clock; DataError if there is no such stream."""
         made = shifted(stream_of(record, self.stream), self.clock)
         return replace(record, streams={**record.streams, self.stream: made})
+
+    def online(self, layouts: Layouts) -> OnlineShift:
+        """The same in a session."""
+        return OnlineShift(layouts, self.stream, self.clock)
 
 
 def shift(name: str, cfg: ShiftConfig, site: Site | None) -> Shift:
