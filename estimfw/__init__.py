@@ -23,13 +23,15 @@ from estimfw.version import __version__
 
 if TYPE_CHECKING:
     from estimfw.run.from_python import open_filter, run_filter
+    from estimfw.run.preprocessing_session import PreprocessingSession
     from estimfw.run.session import Session
 
-__all__ = ["Session", "__version__", "open_filter", "run_filter"]
+__all__ = ["PreprocessingSession", "Session", "__version__", "open_filter", "run_filter"]
 
 _PLACES = {
     "open_filter": "estimfw.run.from_python",
     "run_filter": "estimfw.run.from_python",
+    "PreprocessingSession": "estimfw.run.preprocessing_session",
     "Session": "estimfw.run.session",
 }
 
