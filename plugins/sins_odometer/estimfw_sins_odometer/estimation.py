@@ -6,7 +6,7 @@ The flat state is that of `preintegration` with C_ni (9) behind it. `VARIABLES` 
 from __future__ import annotations
 
 import numpy as np
-from estimfw_inertial.rotation import exponential, skew
+from estimfw_inertial.rotation import exponential, logarithm, skew
 from numpy.typing import NDArray
 
 from estimfw.model.nominal import NominalVariable
@@ -15,7 +15,7 @@ from estimfw_sins_odometer.place import earth_rate, lever_arm, transport_matrix
 from estimfw_sins_odometer.preintegration import N_STATE as N_PREINTEGRATED
 from estimfw_sins_odometer.preintegration import Preintegrated, begin, preintegrate, velocity_observation
 
-__all__ = ["N_STATE", "ROW_SIZE", "VARIABLES", "correct", "initial", "step"]
+__all__ = ["N_STATE", "ROW_SIZE", "VARIABLES", "correct", "difference", "initial", "step"]
 
 FloatArray = NDArray[np.float64]
 
@@ -88,6 +88,12 @@ def correct(state: FloatArray, delta: FloatArray, params: FloatArray) -> FloatAr
     A = made[..., N_PREINTEGRATED:].reshape(*lead, 3, 3)
     made[..., N_PREINTEGRATED:] = (exponential(delta) @ A).reshape(*lead, 9)
     return made
+
+
+def difference(state: FloatArray, other: FloatArray) -> FloatArray:
+    """phi (..., 3) in i that `correct` takes from one state to the C_ni of another."""
+    A, B = (s[..., N_PREINTEGRATED:].reshape((*s.shape[:-1], 3, 3)) for s in np.broadcast_arrays(state, other))
+    return logarithm(B @ np.swapaxes(A, -1, -2))
 
 
 def _times(matrix: FloatArray, vector: FloatArray) -> FloatArray:

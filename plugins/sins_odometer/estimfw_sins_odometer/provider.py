@@ -189,6 +189,10 @@ class BoundPreintegration:
         """exp([phi x]) C_ni for delta (..., 3), in i."""
         return estimation.correct(state, delta, self.params)
 
+    def difference(self, state: FloatArray, other: FloatArray) -> FloatArray:
+        """phi (..., 3) in i, by which the attitude of one state has to be corrected to be that of the other."""
+        return estimation.difference(state, other)
+
 
 def vehicle_of(site: Site | None, rows: int, lever_arm: _Three, turned: MountingConfig | None, kind: str) -> Vehicle:
     """What a config says of the vehicle.
