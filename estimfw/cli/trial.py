@@ -103,9 +103,9 @@ def _processors() -> int:
 
 
 def _tables(trial: Trial, times: Sequence[float], settling: str | None) -> list[tuple[str, Table]]:
-    from estimfw.report.trial_tables import error_table, settling_table
+    from estimfw.report.trial_tables import error_tables, settling_table
 
-    tables = [("Errors", error_table(trial, times))]
+    tables = error_tables(trial, times)
     if settling is not None:
         output, equals, bounds = settling.partition("=")
         try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,27 +13,43 @@ from estimfw.montecarlo.trial import Trial
 from estimfw.report.numbers import plain, significant
 from estimfw.report.tables import Cell, Table
 
-__all__ = ["claim_table", "error_table", "settling_table", "trial_json"]
+__all__ = ["claim_table", "error_tables", "settling_table", "trial_json"]
 
 
-def error_table(trial: Trial, times: Sequence[float]) -> Table:
-    """Rms, median and in how many runs each filter is closer to the truth than the first, for every output at each instant."""
+def error_tables(trial: Trial, times: Sequence[float]) -> list[tuple[str, Table]]:
+    """For every output at each instant: rms, median of the absolute error, and in how many runs a filter is closer than the first."""
+    first = trial.names[0]
+
+    def rms(f: int, q: int, k: int) -> str:
+        return significant(float(np.sqrt(np.mean(trial.error[f, :, k, q] ** 2))) * trial.scales[q], 3)
+
+    def median(f: int, q: int, k: int) -> str:
+        return significant(float(np.median(np.abs(trial.error[f, :, k, q]))) * trial.scales[q], 3)
+
+    def better(f: int, q: int, k: int) -> str:
+        return str(closer(trial.error[f, :, k, q], trial.error[0, :, k, q])) if f else ""
+
+    return [
+        ("Root mean square errors", _errors(trial, times, rms)),
+        ("Median absolute errors", _errors(trial, times, median)),
+        (f"Runs of {trial.runs} in which a filter is closer to the truth than {first}", _errors(trial, times, better)),
+    ]
+
+
+def _errors(trial: Trial, times: Sequence[float], figure: Callable[[int, int, int], str]) -> Table:
     instants = sorted(set(times)) or [float(trial.time[-1])]
-    rows_at = [trial.at(t) for t in instants]
-    head = ("output", "unit", "filter", *(f"rms at {plain(t)} s" for t in instants))
-    head += tuple(f"median {plain(t)} s" for t in instants) + tuple(f"closer {plain(t)} s" for t in instants)
-    rows = []
-    for q, label in enumerate(trial.quantities):
-        for f, name in enumerate(trial.names):
-            error = trial.error[f, :, :, q] * trial.scales[q]
-            first = trial.error[0, :, :, q] * trial.scales[q]
-            rms = [Cell(significant(float(np.sqrt(np.mean(error[:, k] ** 2))), 3)) for k in rows_at]
-            median = [Cell(significant(float(np.median(np.abs(error[:, k]))), 3)) for k in rows_at]
-            better = [Cell(str(closer(error[:, k], first[:, k])) if f else "") for k in rows_at]
-            own = (Cell(label if not f else ""), Cell(trial.units[q] if not f else ""), Cell(name))
-            rows.append((*own, *rms, *median, *better))
-    note = f"{trial.runs} runs of seed {trial.seed}. closer: runs in which the error is smaller than that of {trial.names[0]}."
-    return Table(head, tuple(rows), frozenset(range(3, len(head))), note)
+    rows = [
+        (
+            Cell(label if not f else ""),
+            Cell(name),
+            *(Cell(figure(f, q, trial.at(t))) for t in instants),
+            Cell(trial.units[q] if not f else ""),
+        )
+        for q, label in enumerate(trial.quantities)
+        for f, name in enumerate(trial.names)
+    ]
+    head = ("output", "filter", *(f"{plain(t)} s" for t in instants), "unit")
+    return Table(head, tuple(rows), frozenset(range(2, len(head) - 1)))
 
 
 def settling_table(trial: Trial, output: str, bounds: Sequence[float]) -> Table:
@@ -70,16 +86,9 @@ def claim_table(verdicts: Sequence[Verdict]) -> Table:
         what = f"{claim.statistic} of {' / '.join(claim.of)}, {claim.output}"
         what += f" at {plain(claim.at)} s" if claim.at is not None else ""
         verdict = Cell("holds", "good") if one.holds else Cell("does not hold", "bad")
-        rows.append(
-            (
-                Cell(claim.text),
-                Cell(what),
-                Cell(f"{significant(one.figure, 3)} {one.unit}".strip() if np.isfinite(one.figure) else "never"),
-                Cell(bounds),
-                verdict,
-            )
-        )
-    return Table(("claim", "figure", "is", "claimed", "verdict"), tuple(rows), frozenset({2}))
+        figure = f"{significant(one.figure, 3)} {one.unit}".strip() if np.isfinite(one.figure) else "never"
+        rows.append((Cell(claim.text), Cell(figure), Cell(bounds), verdict, Cell(what)))
+    return Table(("claim", "figure", "claimed", "verdict", "figure of"), tuple(rows), frozenset({1}))
 
 
 def trial_json(trial: Trial, verdicts: Sequence[Verdict]) -> dict[str, Any]:

@@ -16,8 +16,8 @@ from estimfw.registry.registry import Registry
 
 __all__ = ["Contender", "Point", "from_configs", "grid", "one_by_one", "refuse_other_records"]
 
-#: Sections that make the record: they have to be the same for all filters.
-SAME = ("site", "source", "aiding", "preprocess")
+#: Sections that make the record: they have to be the same for all filters. What a filter preprocesses of it is its own.
+SAME = ("site", "source", "aiding")
 
 
 @dataclass(frozen=True, slots=True)

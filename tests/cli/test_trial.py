@@ -31,7 +31,7 @@ def test_tables_pictures_and_verdicts(estimfw: Callable[..., Told]) -> None:
         "page.html",
     )
     assert told.code == 0
-    for text in ("rms at 10 s", "never", "seven states do no worse", "holds", "does not"):
+    for text in ("Root mean square errors", "never", "seven states do no worse", "holds", "does not"):
         assert text in told.out
     assert Path("page_rms.png").exists() and "nobody errs" in Path("page.html").read_text()
 
