@@ -17,7 +17,7 @@ __all__ = ["claim_table", "error_tables", "settling_table", "trial_json"]
 
 
 def error_tables(trial: Trial, times: Sequence[float]) -> list[tuple[str, Table]]:
-    """For every output at each instant: rms, median of the absolute error, and in how many runs a filter is closer than the first."""
+    """For every output at each instant: rms, median absolute error, in how many runs a filter is closer than the first."""
     first = trial.names[0]
 
     def rms(f: int, q: int, k: int) -> str:
