@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from estimfw.config.compose import Problem
 from estimfw.data.preprocessing.online import Layout, Layouts, Online, Row
-from estimfw.data.record import SAME, Event, FloatArray, Stream
+from estimfw.data.record import SAME, Event, FloatArray, Record, Stream
 from estimfw.errors import DataError, EstimfwError, UsageError
 from estimfw.model.nominal import InitialNominal
 from estimfw.run.session import Estimate, Session
@@ -36,6 +36,8 @@ class PreprocessingSession:
         See `estimfw.run.session.Session`.
     time : float, s, optional
         The instant of the start; left out: where the first row that is through begins.
+    start_from : float, s, optional
+        So much of the driving stream, preprocessed, is waited for; from it the config's start is found, as in a batch run.
 
     Attributes
     ----------
@@ -54,6 +56,7 @@ class PreprocessingSession:
         streams: Mapping[str, Stream],
         start: InitialNominal | None = None,
         time: float | None = None,
+        start_from: float | None = None,
     ) -> None:
         layouts: Layouts = {name: _layout(stream) for name, stream in streams.items()}
         self._raw, self._chain = layouts, list[Online]()
@@ -69,7 +72,7 @@ class PreprocessingSession:
                 problem.document.placed(error, ("preprocess", name))
                 raise
             layouts = self._chain[-1].layouts
-        self._layouts, self._start, self._time = layouts, start, time
+        self._layouts, self._start, self._time, self._start_from = layouts, start, time, start_from
         self._problem = replace(problem, preprocess={})
         self._driver = problem.provider.stream
         self._read = {m.stream: m.columns for m in problem.plan.measurements if m.stream is not None}
@@ -81,6 +84,7 @@ class PreprocessingSession:
         self.latency = max(self._waits.values(), default=0.0)
         self._newest = dict.fromkeys(self._waits, -np.inf)
         self._held: list[Row] = []
+        self._all: list[Row] = []
         self._inner: Session | None = None
 
     @property
@@ -147,6 +151,9 @@ class PreprocessingSession:
 
     def _released(self, *, last: bool) -> list[Estimate]:
         """Hand over what nothing earlier can come before, in the order of time, the driving stream last."""
+        if self._inner is None and not last and not self._can_start():
+            return []
+        self._all = list(self._held) if self._inner is None else []
         ready = [row for row in self._held if last or self._is_due(row)]
         self._held = [row for row in self._held if not (last or self._is_due(row))]
         ready.sort(key=lambda row: (row.time, row.stream == self._driver))
@@ -159,7 +166,7 @@ class PreprocessingSession:
         session, done = self._inner or self._begun(first or ready[0]), list[Estimate | None]()
         for row in ready:
             self._measure(session, row)
-            if row.stream == self._driver:
+            if row.stream == self._driver and self._is_after_start(session, row):
                 columns, own = self._problem.provider.columns, self._layouts[row.stream].columns
                 done.append(session.push(row.time, [row.values[own.index(c)] for c in columns]))
         if self._driver is None:
@@ -186,12 +193,39 @@ class PreprocessingSession:
             )
 
     def _begun(self, first: Row) -> Session:
-        """The filter, where the first row of the driving stream begins (without one: at the first row)."""
-        layouts = self._layouts
-        begin = first.time - (layouts[first.stream].period if first.stream == self._driver else 0.0)
-        periods = {name: known.period for name, known in layouts.items()}
-        self._inner = Session(self._problem, self._start, begin if self._time is None else self._time, periods)
+        """The filter, where the first row of the driving stream begins (without one: at the first row), or at the found start."""
+        start, record = self._start, None
+        if self._start_from is not None:
+            record = self._first_rows()
+            if start is None and self._problem.initial is not None:
+                start = self._problem.initial.find(record)
+        begin = first.time - (self._layouts[first.stream].period if first.stream == self._driver else 0.0)
+        found = start.time if start is not None else None
+        time = next(t for t in (self._time, found, begin) if t is not None)
+        periods = {name: known.period for name, known in self._layouts.items()}
+        self._inner = Session(self._problem, start, time, periods, record)
         return self._inner
+
+    def _can_start(self) -> bool:
+        """Whether enough of the driving stream waits for the start to be found from it."""
+        if self._start_from is None:
+            return True
+        own = [row.time for row in self._held if row.stream == self._driver]
+        return bool(own) and own[-1] - own[0] >= self._start_from - SAME
+
+    def _first_rows(self) -> Record:
+        """All rows that wait, as a record."""
+        streams = {}
+        for name in self._newest:
+            layout, own = self._layouts[name], [row for row in self._all if row.stream == name]
+            values = np.array([row.values for row in own]).reshape(len(own), len(layout.columns))
+            time = np.array([row.time for row in own])
+            streams[name] = Stream(name, time, values, layout.columns, layout.kind, layout.period)
+        return Record(streams)
+
+    def _is_after_start(self, session: Session, row: Row) -> bool:
+        """Rows at or before a found start are not used, as in a batch run."""
+        return session.estimate is not None or row.time > session.time + 0.5 * self._layouts[row.stream].period
 
 
 def _layout(stream: Stream) -> Layout:

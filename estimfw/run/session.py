@@ -66,6 +66,8 @@ class Session:
     periods : mapping of str to float, s, optional
         Nominal interval of streams. It matters where stamps are rounded, and where a measurement's noise is a density; what is
         not given is told by the stamps.
+    record : Record, optional
+        First rows, for a nominal provider that has to see them to start (a vehicle that moves).
 
     Attributes
     ----------
@@ -86,6 +88,7 @@ class Session:
         start: InitialNominal | None = None,
         time: float = 0.0,
         periods: Mapping[str, float] | None = None,
+        record: Record | None = None,
     ) -> None:
         if problem.preprocess:
             raise UsageError(
@@ -95,7 +98,7 @@ class Session:
         given = start if start is not None else given_start(problem)
         self.problem, self.time, self.events = problem, time, list[Event]()
         self._plan, self._provider, self._periods = problem.plan, problem.provider, dict(periods or {})
-        initial = self._provider.start(given, Record({}))
+        initial = self._provider.start(given, record if record is not None else Record({}))
         self._bound = self._provider.bind(problem.settings)
         one = Steps(time, np.array([time]), np.zeros(1), np.zeros(2, np.int64), {}, np.zeros(1, dtype=bool), ())
         self._members = begin(problem, self._bound, initial, one)
