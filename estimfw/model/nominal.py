@@ -127,7 +127,8 @@ class InitialNominal:
     Attributes
     ----------
     values : mapping of str to array
-        Such as ``C_bn`` (3, 3) or (runs, 3, 3), ``velocity_n`` (3,) m/s.
+        Such as ``C_bn`` (3, 3) or (runs, 3, 3), ``velocity_n`` (3,) m/s. Found ones (`find`) may have a leading axis over
+        candidates.
     covariance : mapping of str to (3, 3) array
         By quantity (``attitude``): the full covariance in the frame of that quantity's correction slot (n for
         attitude), where an alignment found one. It replaces the prior of the block of that quantity.
@@ -138,6 +139,8 @@ class InitialNominal:
         The instant it holds at; the filter starts there. None: at the start of the record.
     source : str
         For people: ``given``, ``inertial-frame alignment over 60 s``.
+    candidates : tuple of str
+        Where values have a leading axis over starts that cannot be told apart yet (for a bank): their names, for people.
     """
 
     values: Mapping[str, FloatArray]
@@ -146,6 +149,7 @@ class InitialNominal:
     time: float | None = None
     source: str = "given"
     events: tuple[Event, ...] = ()
+    candidates: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

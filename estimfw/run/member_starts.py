@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from estimfw.config.compose import Problem
 from estimfw.config.generic.estimation import StartSpread
 from estimfw.errors import ConfigError, DataError
-from estimfw.model.nominal import InitialNominal
+from estimfw.model.nominal import CorrectionSlot, InitialNominal
 from estimfw.spelling import did_you_mean
 from estimfw.units.display import si_name
 from estimfw.units.unit_text import parse_unit
@@ -81,7 +81,8 @@ def _candidate(problem: Problem, start: InitialNominal, i: int) -> MemberStart:
         name: np.asarray(value)[i] if name in shapes and np.ndim(value) > len(shapes[name]) else value
         for name, value in start.values.items()
     }
-    return MemberStart(replace(start, values=own), f"start {i + 1}")
+    label = start.candidates[i] if len(start.candidates) > i else f"start {i + 1}"
+    return MemberStart(replace(start, values=own), label)
 
 
 def _spread(problem: Problem, spread: StartSpread, start: InitialNominal) -> tuple[MemberStart, ...]:
@@ -100,18 +101,22 @@ def _variable(problem: Problem, quantity: str, start: InitialNominal) -> str:
     """The value of the start that a quantity means: that of its name, or what the correction slot of its name corrects."""
     if quantity in start.values:
         return quantity
-    for slot in problem.provider.slots:
-        turns = [f.rotation for f in problem.full.frames if f.parent == slot.frame and f.rotation in start.values]
-        named = f"{quantity}_{slot.frame}"
-        if slot.quantity == quantity and named in start.values:
-            return named
-        if slot.quantity == quantity and len(turns) == 1:
-            return str(turns[0])
-    known = sorted({*start.values, *(s.quantity for s in problem.provider.slots)})
+    corrected = {slot.quantity: _corrected(slot, start) for slot in problem.provider.slots}
+    if corrected.get(quantity):
+        return corrected[quantity]
+    known = sorted({*start.values, *(name for name, value in corrected.items() if value)})
     raise _refused(
         problem, ("quantity",), f"the start has no {quantity!r} to be spread",
         f"{did_you_mean(quantity, known)}; it has: {', '.join(known) or 'nothing'}",
     )  # fmt: skip
+
+
+def _corrected(slot: CorrectionSlot, start: InitialNominal) -> str:
+    """The value that a slot corrects: ``velocity_n`` of velocity in n, else the only rotation; empty where there is none."""
+    if f"{slot.quantity}_{slot.frame}" in start.values:
+        return f"{slot.quantity}_{slot.frame}"
+    turns = [name for name, value in start.values.items() if np.shape(value) == (3, 3)]
+    return turns[0] if slot.quantity == "attitude" and len(turns) == 1 else ""
 
 
 def _move(problem: Problem, spread: StartSpread, value: FloatArray) -> Callable[[float], FloatArray]:

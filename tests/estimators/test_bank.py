@@ -103,6 +103,19 @@ def test_the_score_is_the_likelihood_of_all_readings_together(
         np.testing.assert_allclose(own, batch_likelihood(done.prepared.problem, stiffness, record), rtol=1e-9)
 
 
+def test_members_may_be_unscented_and_of_a_linear_model_are_the_same(
+    spring: Callable[..., Problem], record: Record
+) -> None:
+    kalman = run_problem(spring(), record=record)
+    unscented = run_problem(
+        spring(estimator=FIVE.replace("kind: kalman, kernel: KERNEL", "kind: unscented")), record=record
+    )
+    assert kalman.bank is not None and unscented.bank is not None
+    assert type(unscented.prepared.scan) is not type(kalman.prepared.scan)
+    np.testing.assert_allclose(unscented.bank.score, kalman.bank.score, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(unscented.bank.best, kalman.bank.best)
+
+
 def test_the_member_that_starts_right_wins_and_weights_sum_to_one(
     spring: Callable[..., Problem], record: Record
 ) -> None:
@@ -268,7 +281,8 @@ class Candidates:
     """A start that could not decide: three stiffnesses."""
 
     def find(self, record: Record) -> InitialNominal:
-        return InitialNominal({"stiffness": np.array([1.0, 3.0, 4.0]), "offset": np.zeros(2)})
+        stiffness = np.array([1.0, 3.0, 4.0])
+        return InitialNominal({"stiffness": stiffness, "offset": np.zeros(2)}, candidates=("soft", "usual", "hard"))
 
     def reference(self) -> InitialNominal:
         return InitialNominal({"stiffness": np.array(3.0), "offset": np.zeros(2)})
@@ -294,7 +308,7 @@ def test_a_found_start_may_be_several_candidates(spring: Callable[..., Problem],
         return replace(problem, initial=Candidates(), provider=Believing(problem))  # type: ignore[arg-type]
 
     dataset = result_dataset(run_problem(undecided("{kind: bank}"), record=record))
-    assert [str(label) for label in dataset["member"].to_numpy()] == ["start 1", "start 2", "start 3"]
+    assert [str(label) for label in dataset["member"].to_numpy()] == ["soft", "usual", "hard"]
     assert int(dataset["bank_member"][-1]) == 2
     with pytest.raises(DataError, match="the start is 3 candidates, and one filter starts from one"):
         prepare(undecided(ONE), record)
