@@ -48,7 +48,7 @@ def told(reader: Path, command: str) -> str:
 
 def test_the_page_names_its_files_and_commands() -> None:
     assert len(re.findall(r"^# range_beacon/\w+\.py$", PAGE, flags=re.MULTILINE)) == 5
-    assert [c.split()[1] for c in COMMANDS] == ["plugins", "explain", "run", "run"]
+    assert [c.split()[1] for c in COMMANDS] == ["plugins", "explain", "run", "run", "run"]
 
 
 def test_installed_plugin_is_found_with_all_that_it_brings(reader: Path) -> None:
@@ -81,6 +81,13 @@ def test_the_unscented_filter_agrees_where_ranges_hardly_bend(reader: Path) -> N
     sigma = ends[0]["output_sigma"].to_numpy()
     assert np.all(np.abs(ends[0]["output_value"] - ends[1]["output_value"]) < 0.2 * sigma)
     np.testing.assert_allclose(ends[1]["output_sigma"], sigma, rtol=0.05)
+
+
+def test_a_bank_finds_a_boat_that_is_not_where_the_config_says(reader: Path) -> None:
+    printed = told(reader, f"{COMMANDS[4]} --no-report --set 'source.duration=20 s'")
+    assert "bank of 5: position[N] -200 m, weight 0.9" in printed
+    end = xr.load_dataset(reader / "results" / "bank" / "result.nc", engine="h5netcdf").isel(time=-1)
+    assert np.all(np.abs(end["output_error"]) < 4.0 * end["output_sigma"])
 
 
 def test_the_plugins_own_test_passes(reader: Path) -> None:

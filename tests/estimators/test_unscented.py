@@ -172,3 +172,30 @@ def test_a_spread_that_is_none_is_refused(example: Example) -> None:
         example("tracker", "estimator={kind: unscented, kappa: -2}")
     with pytest.raises(ConfigError, match="alpha"):
         example("tracker", "estimator={kind: unscented, alpha: 0}")
+
+
+def test_missing_components_and_rows_are_masked_as_by_the_linear_filter(example: Example) -> None:
+    results = []
+    for kind in ("kalman, kernel: numpy", "unscented"):
+        problem = example("tracker", "source.duration=30 s", f"estimator={{kind: {kind}}}")
+        record = load_record(problem)
+        for stream in record.streams.values():
+            stream.values[3::5, 0] = np.nan
+            stream.values[4::7] = np.nan
+        prepared = prepare(problem, record)
+        results.append(prepared.scan.run(prepared.state, make_chunk(prepared, 0, len(prepared.steps)))[1])
+    assert_equal(*results)
+    assert {-1, 0, 3} <= set(np.unique(results[1].disposition)), "fused and missing"
+    assert np.any((results[1].used == 1) & (results[1].disposition == 0)), "a half of a fix was fused"
+
+
+def test_a_bank_takes_unscented_members(boat: Example) -> None:
+    starts = "starts: {quantity: position, axis: N, count: 3, spacing: 100 m}"
+    done = run_problem(
+        boat(
+            "source.duration=15 s", "source.start=[20 m, -110 m, 0 m]",
+            f"estimator={{kind: bank, {starts}, filter: {{kind: unscented}}}}",
+        )
+    )  # fmt: skip
+    assert done.output_error is not None
+    assert np.all(np.abs(done.output_error[-1]) < 4.0 * done.output_sigma[-1])
