@@ -174,6 +174,19 @@ def test_a_spread_that_is_none_is_refused(example: Example) -> None:
         example("tracker", "estimator={kind: unscented, alpha: 0}")
 
 
+@pytest.mark.parametrize(
+    ("member", "told"),
+    [
+        ("{kind: unscented, alph: 1}", r"filter\.alph: unknown key 'alph'\n  did you mean 'alpha'"),
+        ("{kind: unscentd}", "settings of the kind kalman or unscented are due"),
+        ("{loop: closd}", "filter.loop: 'closd' is not valid here"),
+    ],
+)
+def test_a_fault_of_a_member_is_told_of_its_own_kind(example: Example, member: str, told: str) -> None:
+    with pytest.raises(ConfigError, match=told):
+        example("tracker", f"estimator={{kind: bank, filter: {member}}}")
+
+
 def test_missing_components_and_rows_are_masked_as_by_the_linear_filter(example: Example) -> None:
     results = []
     for kind in ("kalman, kernel: numpy", "unscented"):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, Strict
+from pydantic import Discriminator, Field, Strict, Tag
 
-from estimfw.config.generic.estimation import Estimation, RecursionSettings, StartSpread
+from estimfw.config.generic.estimation import Estimation, StartSpread
 from estimfw.config.generic.kalman import KalmanConfig
+from estimfw.config.generic.unscented import UnscentedConfig
 from estimfw.config.types import Number, Settings
 from estimfw.errors import ConfigError
 from estimfw.units.quantity import parse_quantity
@@ -36,6 +37,19 @@ class SpreadConfig(Settings):
     spacing: Annotated[str | Number, Field(description="from one to the next, with its unit, such as 45 deg")]
 
 
+def _kind(member: object) -> str | None:
+    """By which settings a member is read: those of its kind alone, so that a fault is told of these."""
+    return str(member.get("kind", "kalman")) if isinstance(member, dict) else getattr(member, "kind", None)
+
+
+Member = Annotated[
+    Annotated[KalmanConfig, Tag("kalman")] | Annotated[UnscentedConfig, Tag("unscented")],
+    Discriminator(
+        _kind, custom_error_type="member", custom_error_message="settings of the kind kalman or unscented are due"
+    ),
+]
+
+
 class BankConfig(Settings):
     """Members share record and plan; the one that explains the measurements best is reported at each epoch.
 
@@ -44,7 +58,7 @@ class BankConfig(Settings):
 
     kind: Literal["bank"]
     starts: Annotated[SpreadConfig | None, Field(description="how the starts differ")] = None
-    filter: Annotated[RecursionSettings, Field(description="the settings of each member")] = KalmanConfig()
+    filter: Annotated[Member, Field(description="the settings of each member")] = KalmanConfig()
 
 
 def bank(cfg: BankConfig) -> Estimation:
