@@ -56,6 +56,11 @@ def price_notes(comparison: Comparison) -> list[str]:
     told = [f"{one.name}: not time-invariant: {one.reason}" for one in comparison.filters if not one.time_invariant]
     if any(one.cost.exponential for one in comparison.filters):
         told.append("* and a matrix exponential at every step, which is not counted")
+    told += [
+        f"{one.name}: a bank of {one.members}: non-zeros and multiplications are those of one member, the time is that of all"
+        for one in comparison.filters
+        if one.members > 1
+    ]
     for one in comparison.filters:
         lossy = [name for name, kind in one.policies if kind == "approximate"]
         if lossy:

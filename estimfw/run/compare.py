@@ -29,7 +29,8 @@ __all__ = ["Comparison", "Priced", "compare"]
 class Priced:
     """What a filter costs.
 
-    ``reason`` says why it is (not) time-invariant; ``policies`` are (name, kind) of what made it.
+    ``cost`` is that of one of the ``members`` of a bank, ``time`` that of all. ``reason`` says why it is (not)
+    time-invariant; ``policies`` are (name, kind) of what made it.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Priced:
     time: StepTime
     time_invariant: bool
     reason: str
+    members: int
     policies: tuple[tuple[str, str], ...]
 
 
@@ -133,9 +135,10 @@ def _priced(contenders: Sequence[Contender], runs: Sequence[Collected], repeats:
             time=time,
             time_invariant=problem.plan.time_invariant,
             reason=problem.plan.reason,
+            members=len(done.prepared.members),
             policies=tuple((c.policy, c.kind) for c in problem.changes),
         )
-        for one, problem, time in zip(contenders, problems, times, strict=True)
+        for one, done, problem, time in zip(contenders, runs, problems, times, strict=True)
     )
 
 

@@ -14,6 +14,7 @@ from rich.console import Console
 from scipy.stats import multivariate_normal
 
 from estimfw.config.compose import Problem
+from estimfw.config.generic.components import core_components
 from estimfw.data.record import Record
 from estimfw.errors import ConfigError, DataError
 from estimfw.estimators.bank import charged, judge, weights
@@ -21,11 +22,15 @@ from estimfw.estimators.scan import ChunkResult
 from estimfw.kernels.fuse import FUSED, GATED
 from estimfw.model.nominal import InitialNominal
 from estimfw.montecarlo.campaign import run_campaign
+from estimfw.registry.load import load_plugins
+from estimfw.report.price_tables import price_notes
 from estimfw.report.terminal import print_result
 from estimfw.report.write import write_report
 from estimfw.run.answer import answer
 from estimfw.run.bank_end import bank_end
 from estimfw.run.budget import error_budget
+from estimfw.run.compare import compare
+from estimfw.run.contenders import from_configs, grid
 from estimfw.run.dataset import result_dataset
 from estimfw.run.load import load_record
 from estimfw.run.observe import observe
@@ -126,14 +131,15 @@ def test_the_member_that_starts_right_wins_and_weights_sum_to_one(
     np.testing.assert_array_equal(np.argmax(dataset["bank_weight"].to_numpy(), axis=1), dataset["bank_member"])
 
 
+@pytest.mark.parametrize("more", ["", ", restarts: [6 s, 12 s]", ", gate: 0.99"])
 @pytest.mark.parametrize("kernel", ["numpy", "numba"])
 def test_what_is_reported_is_the_filter_from_that_start_bit_for_bit(
-    spring: Callable[..., Problem], record: Record, kernel: str
+    spring: Callable[..., Problem], record: Record, kernel: str, more: str
 ) -> None:
-    done = run_problem(spring(kernel=kernel), record=record)
+    done = run_problem(spring(kernel=f"{kernel}{more}"), record=record)
     assert done.bank is not None and len(set(done.bank.best.tolist())) > 1
     for member, stiffness in enumerate((3.0, 4.0, 2.0, 5.0, 1.0)):
-        alone = run_problem(spring(stiffness, f"{{kind: kalman, kernel: {kernel}}}"), record=record)
+        alone = run_problem(spring(stiffness, f"{{kind: kalman, kernel: {kernel}{more}}}"), record=record)
         at = done.bank.best == member
         for name in ("estimate", "sigma", "innovation", "nis", "truth"):
             np.testing.assert_array_equal(getattr(done, name)[at], getattr(alone, name)[at], err_msg=name)
@@ -251,6 +257,19 @@ def test_analyses_of_one_filter_refuse_a_bank(
     with pytest.raises(ConfigError, match=says):
         analysis(spring())
     assert observe(spring(), record=False).frozen.rank == 2
+
+
+def test_a_comparison_times_all_members_and_says_so(
+    tmp_path: Path,
+) -> None:
+    for name, estimator in (("one", ONE), ("five", FIVE.replace("KERNEL", "numpy"))):
+        text = SPRING.replace("STIFFNESS", "3.0").replace("ESTIMATOR", estimator)
+        (tmp_path / f"{name}.yaml").write_text(text)
+    registry = load_plugins(core_components())
+    found = compare(from_configs([tmp_path / "one.yaml", tmp_path / "five.yaml"], ()), grid(()), registry, repeats=1)
+    assert [one.members for one in found.filters] == [1, 5]
+    assert 2.5 < found.filters[1].time.ratio < 10.0
+    assert any(note.startswith("five: a bank of 5") for note in price_notes(found))
 
 
 BAD = {
