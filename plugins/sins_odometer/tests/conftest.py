@@ -6,7 +6,6 @@ from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 from estimfw_sins_odometer.provider import Vehicle
 from estimfw_sins_odometer.simulate import SimulateConfig, Simulation
@@ -20,6 +19,9 @@ from estimfw.registry.load import load_plugins
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 PLACE = {"latitude": "34.25 deg", "longitude": "108.9 deg", "height": "400 m"}
+
+#: One start instead of a bank; its heading is to be said too.
+ONE = ("estimator={kind: kalman, covariance: joseph, loop: closed}", "initial_attitude.headings=1")
 
 Drive = Callable[..., Record]
 Open = Callable[..., Problem]
@@ -57,7 +59,11 @@ def opened() -> Open:
     return made
 
 
-def heading_of(record: Record, row: int = 0) -> float:
-    assert record.truth is not None
-    C = record.truth.values["C_bn"][row]
-    return float(np.arctan2(C[0, 1], C[1, 1]))
+@pytest.fixture(scope="session")
+def one_start(opened: Open) -> Open:
+    """The example of the estimation from one start, level and heading North unless an override says otherwise."""
+
+    def made(*overrides: str) -> Problem:
+        return opened("odometer_aeba.yaml", *ONE, *overrides)
+
+    return made

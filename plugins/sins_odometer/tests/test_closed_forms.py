@@ -76,11 +76,10 @@ def test_white_noise_of_the_speed_spreads_the_heading() -> None:
 
 @pytest.mark.parametrize(("blocks", "factor"), [((), 80.0), (("initial_speed_error",), 180.0)])
 def test_the_filter_knows_that_spread_and_what_an_unknown_first_speed_costs(
-    opened: Any, blocks: tuple[str, ...], factor: float
+    one_start: Any, blocks: tuple[str, ...], factor: float
 ) -> None:
     dropped = ", ".join({"gyro_bias", "accel_bias", "initial_speed_error"} - set(blocks))
-    problem = opened(
-        "odometer_aeba.yaml",
+    problem = one_start(
         "preprocess={}",
         f"nominal.rows={RATE}",
         "initial_attitude={kind: sins_odometer.level, heading: 0 deg, window: 2 s, heading_sigma: 60 deg}",
