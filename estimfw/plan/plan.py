@@ -129,7 +129,7 @@ class Plan:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Phi, Q (..., n, n) and d (..., n) for complete process rows (..., size) and inputs u (..., inputs)."""
         F, D = self.F.evaluate(rows), self.D.evaluate(rows)
-        b = np.einsum("...ij,...j->...i", self.B.evaluate(rows), u)
+        b = (self.B.evaluate(rows) @ u[..., None])[..., 0]  # einsum leaves a sum over no inputs uninitialised
         return self.discretisation.apply(F, D, b, dt, doublings)
 
     def transitions(

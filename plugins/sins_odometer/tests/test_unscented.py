@@ -11,26 +11,23 @@ from estimfw.run.load import load_record
 from estimfw.run.run import run_problem
 from estimfw.testing import check_jacobians, check_provider
 
-AEBA = "odometer_aeba.yaml"
 
-
-def test_h_is_the_derivative_of_the_predicted_velocity_on_the_rotations(opened: Any) -> None:
-    problem = opened(AEBA, "source.duration=20 s", "nominal.lever_arm=[0.3 m, -1 m, 0.2 m]")
+def test_h_is_the_derivative_of_the_predicted_velocity_on_the_rotations(one_start: Any) -> None:
+    problem = one_start("source.duration=20 s", "nominal.lever_arm=[0.3 m, -1 m, 0.2 m]")
     check_provider(problem)
     check_jacobians(problem, tolerance=1e-8)
 
 
 @pytest.mark.parametrize(("seed", "off"), [(1, 22.5), (2, -22.5)])
-def test_multiplicative_and_unscented_filter_agree_within_their_sigma(opened: Any, seed: int, off: float) -> None:
+def test_multiplicative_and_unscented_filter_agree_within_their_sigma(one_start: Any, seed: int, off: float) -> None:
     """From the start that is nearest in a bank of eight, at its farthest."""
     short = ["source.duration=300 s", f"source.seed={seed}"]
-    truth = load_record(opened(AEBA, *short)).truth
+    truth = load_record(one_start(*short)).truth
     assert truth is not None
     C = truth.values["C_bn"][0]
     short.append(f"initial_attitude.heading={np.degrees(np.arctan2(C[0, 1], C[1, 1])) + off} deg")
     extended, unscented = (
-        run_problem(opened(AEBA, *short, f"estimator={{kind: {kind}, loop: closed}}"))
-        for kind in ("kalman", "unscented")
+        run_problem(one_start(*short, f"estimator={{kind: {kind}, loop: closed}}")) for kind in ("kalman", "unscented")
     )
     apart = np.mod(unscented.output[:, :3] - extended.output[:, :3] + np.pi, 2.0 * np.pi) - np.pi
     of_sigma = np.abs(apart) / extended.output_sigma[:, :3]
