@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from estimfw.data.record import SAME, Event
 from estimfw.errors import DataError, Location
 
-__all__ = ["Rows", "TimeErrors", "in_order", "known_jump"]
+__all__ = ["Rows", "TimeErrors", "in_order", "jump_near", "known_jump"]
 
 FloatArray = NDArray[np.float64]
 TimeErrors = Literal["error", "sort", "drop"]
@@ -121,7 +121,10 @@ def _without_repeats(rows: Rows) -> tuple[Rows, tuple[Event, ...]]:
 
 def known_jump(step: float) -> str:
     """What a clock that jumped by so many s may have done, as the end of a sentence; empty if nothing is known."""
-    for jump, name in _KNOWN_JUMPS:
-        if abs(abs(step) - jump) < 0.01 * jump:
-            return f": {name} ({jump:.0f} s)?"
-    return ""
+    jump = jump_near(step)
+    return f": {dict(_KNOWN_JUMPS)[jump]} ({jump:.0f} s)?" if jump else ""
+
+
+def jump_near(step: float) -> float:
+    """The known jump of clocks (s, without sign) that a step of so many s may be; 0 if there is none."""
+    return next((jump for jump, _ in _KNOWN_JUMPS if abs(abs(step) - jump) < 0.01 * jump), 0.0)

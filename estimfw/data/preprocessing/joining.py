@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from estimfw.data.preprocessing.rows import GAP, columns_of, count_of, ordered, period_of
 from estimfw.data.record import SAME, Event, FloatArray, Stream
-from estimfw.data.row_order import known_jump
+from estimfw.data.row_order import jump_near, known_jump
 from estimfw.errors import DataError
 
 __all__ = ["METHODS", "Joining", "Method", "joined"]
@@ -161,11 +161,14 @@ METHODS: dict[Method, Take] = {"linear": _linear, "last": _last, "difference": _
 
 def _apart(target: Stream, source: Stream) -> DataError:
     offset = float(source.time[0] - target.time[0])
+    jump = jump_near(offset)
+    sure = f"offset: {np.copysign(jump, offset):.10g} s" if jump else f"offset: {offset:.6g} s"
     return DataError(
         f"{source.name} goes from {source.time[0]:.10g} to {source.time[-1]:.10g} s, {target.name} from "
-        f"{target.time[0]:.10g} to {target.time[-1]:.10g} s: no common time; are the clocks {abs(offset):.10g} s apart"
+        f"{target.time[0]:.10g} to {target.time[-1]:.10g} s: no common time; are the clocks about {abs(offset):.6g} s apart"
         f"{known_jump(offset) or '?'}",
-        hint=f"shift the stream before: {{kind: shift, stream: {source.name}, offset: {offset:.10g} s}}",
+        hint=f"set the clock first: {{kind: shift, stream: {source.name}, {sure}}}"
+        f"{'' if jump else ' if both began together; `lag_check` compares what they see'}",
     )
 
 

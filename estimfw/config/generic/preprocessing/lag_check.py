@@ -26,7 +26,9 @@ class LagCheckConfig(Settings):
     relation: Annotated[Literal["rate_of_change", "same"], Field(description="what `against` is of `column`")] = (
         "rate_of_change"
     )
-    largest: Annotated[float, positive_quantity("s"), Field(description="a longer lag is too much")] = 0.1
+    largest: Annotated[
+        float, positive_quantity("s"), Field(description="more, by three of its standard errors, is too much")
+    ] = 0.1
     within: Annotated[float, positive_quantity("s"), Field(description="lags are sought up to this")] = 5.0
     least_correlation: Annotated[
         float, Field(gt=0.0, lt=1.0, description="below it nothing can be said, and that is told")
