@@ -10,6 +10,8 @@ From Python::
 
     session = estimfw.Session(problem)                                           # or sample by sample
     estimate = session.push(time, increments)
+    raw = estimfw.PreprocessingSession(problem, record.streams)                  # with a section preprocess: raw rows
+    estimates = raw.feed("odometer", time, counts)
 
 What a plugin needs is public too: `estimfw.config.types` (settings and quantities), `estimfw.model` (the language),
 `estimfw.data.record` (streams), `estimfw.registry.component` (the hand-over), `estimfw.errors`, and `estimfw.testing`.
