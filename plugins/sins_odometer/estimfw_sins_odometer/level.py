@@ -97,6 +97,7 @@ class Level:
             covariance={"attitude": covariance},
             time=float(stream.time[first]),
             source=f"levelled over {self.window:g} s, heading assumed",
+            candidates=tuple(f"heading {h % 360.0:.5g} deg" for h in np.degrees(spread)) if self.headings > 1 else (),
         )
 
 

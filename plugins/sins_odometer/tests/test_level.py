@@ -35,6 +35,7 @@ def test_eight_headings_lie_around_the_circle_and_share_their_covariance(drive: 
     found = level(config(headings=8, heading="10 deg"), None).find(drive(seed=1, duration="30 s"))
     headings = np.degrees(-euler_angles(found.values["C_bn"])[:, 0]) % 360.0
     assert headings == pytest.approx(10.0 + 45.0 * np.arange(8), abs=1e-6)
+    assert found.candidates[:2] == ("heading 10 deg", "heading 55 deg") and len(found.candidates) == 8
     up = found.values["C_bn"][:, 2]
     assert np.allclose(up, up[0])
     P = found.covariance["attitude"]
