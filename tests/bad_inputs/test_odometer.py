@@ -105,6 +105,11 @@ def test_35_a_gap_of_the_odometer_is_flagged_and_left_empty_or_bridged_where_the
     told = odometer(rows, "preprocess.onto.longest_gap=1.2 s")
     assert flagged(told, "imu")["bridged"]["count"] == 12
     assert odometry(told)["missing"] == 0
+    told = odometer(rows, "preprocess.onto.missing=refuse")
+    assert told.code == 5
+    told.says(
+        "filter.yaml:22:9: preprocess 'onto': no reading of odometer at 4.9 s, nor any two around it within 0.15 s"
+    )
 
 
 def test_35_a_gap_of_the_imu_beyond_the_limit_is_refused(odometer: Odometer, imu: Any) -> None:

@@ -14,7 +14,7 @@ from estimfw.data.record import SAME, Event, FloatArray, Stream
 from estimfw.data.row_order import jump_near, known_jump
 from estimfw.errors import DataError
 
-__all__ = ["METHODS", "Joining", "Method", "joined"]
+__all__ = ["METHODS", "Joining", "Method", "joined", "refused_hole"]
 
 Method = Literal["linear", "last", "difference", "rate"]
 Bools = NDArray[np.bool_]
@@ -31,10 +31,13 @@ class Joining:
         a cumulative column gained over the interval of each row, as it is or by time.
     longest_gap : float or None, s
         Readings are trusted that far from one to the next (``last``: that long). None: 1.5 sampling intervals.
+    missing : 'empty' or 'refuse'
+        What becomes of rows over longer ones.
     """
 
     method: Method = "linear"
     longest_gap: float | None = None
+    missing: Literal["empty", "refuse"] = "empty"
 
 
 def joined(
@@ -53,7 +56,7 @@ def joined(
     ------
     DataError
         No common time, with a guess at the offset of the clocks; a column that the target has already, or the source has not;
-        increments, which cannot be taken at other instants.
+        increments, which cannot be taken at other instants; missing readings that are refused.
 
     Notes
     -----
@@ -93,6 +96,8 @@ def joined(
     values = np.concatenate([rows, np.moveaxis(made, -1, -2)], axis=-1)
     result = replace(target, time=target.time[inside], values=values, columns=(*target.columns, *columns.values()))
     told = (*_cut(target, source, inside), *_readings(result, source, made, bridged))
+    if joining.missing == "refuse" and np.isnan(made).any():
+        raise refused_hole(source.name, float(result.time[count_of(np.isnan(made))[0]]), reach)
     return result, (*events, *(e for e in more if e not in events), *told)
 
 
@@ -157,6 +162,14 @@ def _rate(
 
 Take = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, float, float], tuple[FloatArray, Bools]]
 METHODS: dict[Method, Take] = {"linear": _linear, "last": _last, "difference": _difference, "rate": _rate}
+
+
+def refused_hole(source: str, time: float, reach: float) -> DataError:
+    """The error for a row at ``time`` s that no reading is near enough to."""
+    return DataError(
+        f"no reading of {source} at {time:.10g} s, nor any two around it within {reach:.6g} s",
+        hint="`longest_gap` bridges more, `missing: empty` leaves the column empty there",
+    )
 
 
 def _apart(target: Stream, source: Stream) -> DataError:

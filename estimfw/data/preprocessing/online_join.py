@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from estimfw.data.preprocessing.joining import METHODS, Joining
+from estimfw.data.preprocessing.joining import METHODS, Joining, refused_hole
 from estimfw.data.preprocessing.online import Layouts, Row, layout_of, refuse_back
 from estimfw.data.preprocessing.rows import GAP
 from estimfw.data.record import SAME, Event, FloatArray
@@ -32,6 +32,7 @@ class OnlineJoin:
         self.events: list[Event] = []
         self._stream, self._onto, self._take = stream, onto, METHODS[joining.method]
         self._last_holds, self._spans = joining.method == "last", joining.method in ("difference", "rate")
+        self._refuses = joining.missing == "refuse"
         self._at = [source.columns.index(c) for c in columns]
         self._middle = 0.5 * source.period if source.kind == "mean" and joining.method == "linear" else 0.0
         self._period, self._step = source.period, target.period
@@ -103,6 +104,8 @@ class OnlineJoin:
         for column in values.T:
             x, bridged = self._take(np.array([begin]), np.array([row.time]), known, column, self._reach, self._period)
             made.append(float(x[0]))
+            if self._refuses and np.isnan(x[0]):
+                raise refused_hole(self._stream, row.time, self._reach)
             for kind, which in (("missing", np.isnan(x[0])), ("bridged", bridged[0])):
                 if which:
                     text = (

@@ -21,7 +21,7 @@ from estimfw.data.preprocessing.online_fir import OnlineFir
 from estimfw.data.preprocessing.online_join import OnlineJoin
 from estimfw.data.preprocessing.shift import Clock, shifted
 from estimfw.data.record import Event, Stream
-from estimfw.errors import UsageError
+from estimfw.errors import DataError, UsageError
 
 FloatArray = NDArray[np.float64]
 
@@ -174,3 +174,15 @@ def test_rows_out_of_order_and_streams_that_nobody_told_of_are_refused(make: Cal
         online.push(Row("odometer", 0.9, np.ones(1)))
     with pytest.raises(UsageError, match="not told what the rows of 'odometer' are"):
         make({"imu": layout})
+
+
+def test_a_hole_that_is_refused_on_the_whole_record_is_refused_row_by_row() -> None:
+    time = np.asarray(0.1 * np.arange(1, 41), dtype=float)
+    target = Stream("imu", time, time[:, None], ("t",), "increment", 0.1)
+    source = Stream("odometer", np.delete(time, range(10, 20)), np.ones((30, 1)), ("v",), "sample", 0.1)
+    joining = Joining(missing="refuse")
+    with pytest.raises(DataError, match=r"no reading of odometer at 1.1 s") as whole:
+        joined(target, source, {"v": "v"}, joining)
+    with pytest.raises(DataError) as by_row:
+        fed(OnlineJoin(layouts(target, source), "odometer", "imu", {"v": "v"}, joining), source, target)
+    assert str(by_row.value) == str(whole.value)

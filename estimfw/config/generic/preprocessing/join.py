@@ -43,6 +43,10 @@ class JoinConfig(Settings):
         Annotated[float, positive_quantity("s")] | None,
         Field(description="readings are trusted that far from one to the next (left out: 1.5 sampling intervals)"),
     ] = None
+    missing: Annotated[
+        Literal["empty", "refuse"],
+        Field(description="over longer gaps: leave the column empty and tell, or end the run"),
+    ] = "empty"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,4 +80,4 @@ class Join:
 def join(name: str, cfg: JoinConfig, site: Site | None) -> Join:
     """The component; neither its name nor the place matters."""
     del name, site
-    return Join(cfg.stream, cfg.onto, cfg.columns, Joining(cfg.method, cfg.longest_gap))
+    return Join(cfg.stream, cfg.onto, cfg.columns, Joining(cfg.method, cfg.longest_gap, cfg.missing))
