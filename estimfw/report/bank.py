@@ -26,10 +26,8 @@ DRAWN = 2 * len(SERIES)
 BEHIND = 1e4
 """A member that is farther behind than this is at the edge of the picture."""
 
-NOTE = (
-    "The weight of a member is the probability that its start is the right one, if one of them is. Estimate, sigmas and outputs "
-    "are those of the best member alone: its sigmas know nothing of the doubt between members."
-)
+DOUBT = "Estimate, sigmas and outputs are those of the best member alone: its sigmas know nothing of the doubt between members."
+NOTE = f"The weight of a member is the probability that its start is the right one, if one of them is. {DOUBT}"
 
 
 def bank_line(dataset: xr.Dataset) -> str:
@@ -56,7 +54,7 @@ def bank_table(dataset: xr.Dataset) -> Table:
         (Cell(label, "good" if label == end.member else ""), Cell(_weight(weight)), Cell(_behind(last[label] - lowest)))
         for label, weight in end.weights
     )
-    return Table(head, rows, frozenset({1, 2}))
+    return Table(head, rows, frozenset({1, 2}), DOUBT if len(rows) > 1 else "")
 
 
 def _weight(weight: float) -> str:

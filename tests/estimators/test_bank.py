@@ -238,7 +238,10 @@ def test_result_answer_terminal_and_page_name_the_member(
     json.dumps(told, allow_nan=False)
     with (tmp_path / "told.txt").open("w") as file:
         print_result(back, Console(file=file, width=140))
-    assert "bank of 5: stiffness +1, weight " in (tmp_path / "told.txt").read_text()
+    shown = (tmp_path / "told.txt").read_text()
+    assert (
+        "bank of 5: stiffness +1, weight " in shown and "its sigmas know nothing of the doubt between members" in shown
+    )
     written = [path.name for path in write_report(back, tmp_path / "report")]
     assert "bank.png" in written
 
