@@ -15,6 +15,7 @@ from estimfw.report.palette import BAND, BAND_HONEST, ROLES, SERIES
 from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinned
 from estimfw.report.series import Axis, Series, grouped, series_of
 from estimfw.report.timescale import TimeScale
+from estimfw.report.track import track_charts
 from estimfw.run.result_names import measurement_names
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ def charts_of(dataset: xr.Dataset, limit: int) -> tuple[Chart, ...]:
     """
     scale = TimeScale.of(dataset["time"].to_numpy())
     charts = [
+        *track_charts(dataset, limit),
         *_axis_charts(dataset, "output", scale, limit),
         *_axis_charts(dataset, "state", scale, limit),
         *_sigma_charts(dataset, scale, limit),
@@ -50,7 +52,13 @@ def charts_of(dataset: xr.Dataset, limit: int) -> tuple[Chart, ...]:
     for name in measurement_names(dataset):
         charts += [innovation_chart(dataset, name, scale, limit), nis_chart(dataset, name, scale, limit)]
     span = _span(scale.of_seconds(dataset["time"].to_numpy()))
-    return tuple(_distinct(replace(chart, span=span) for chart in map(_without_blanks, charts) if chart.panels))
+    return tuple(
+        _distinct(
+            replace(chart, span=None if chart.across else span)
+            for chart in map(_without_blanks, charts)
+            if chart.panels
+        )
+    )
 
 
 def _span(time: FloatArray) -> tuple[float, float] | None:

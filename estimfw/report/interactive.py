@@ -41,6 +41,7 @@ def plotly_figure(chart: Chart) -> dict[str, Any]:
         top = 1 - place * (row + GAP) / inner
         names = tuple(curve.name for curve in panel.curves)
         figure["layout"][f"yaxis{number}"] = _vertical_axis(panel, max(0.0, top - row / inner), top)
+        figure["layout"][f"yaxis{number}"] |= {"scaleanchor": "x"} if chart.across else {}
         figure["layout"][f"legend{number}"] = _legend(top)
         figure["layout"]["annotations"].append(_title(panel, top))
         figure["data"] += _panel_traces(panel, number, in_legend=names != named)
@@ -65,11 +66,11 @@ def _frame(chart: Chart) -> dict[str, Any]:
     return {
         "height": height_of(chart),
         "margin": {"l": LEFT, "r": 14, "t": HEAD, "b": FOOT},
-        "hovermode": "x",
+        "hovermode": "closest" if chart.across else "x",
         "showlegend": True,
         "annotations": [],
         "xaxis": {
-            "title": {"text": f"time, {chart.time_unit}"},
+            "title": {"text": chart.horizontal},
             "anchor": f"y{rows}" if rows > 1 else "y",
             **({"range": list(chart.span)} if chart.span else {}),
         },

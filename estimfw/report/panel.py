@@ -76,7 +76,8 @@ class Chart:
     """Panels over one time axis, which goes over ``span`` (start, end) where that is known.
 
     ``key`` is unique in a report and fit for a file name, ``section`` the part of the report it belongs to, ``note`` a
-    sentence below the title.
+    sentence below the title. A map has in ``across`` what goes to the right in place of time (``east, m``), and both axes
+    to one scale.
     """
 
     key: str
@@ -86,6 +87,12 @@ class Chart:
     panels: tuple[Panel, ...]
     note: str = ""
     span: tuple[float, float] | None = None
+    across: str = ""
+
+    @property
+    def horizontal(self) -> str:
+        """Title of the horizontal axis."""
+        return self.across or f"time, {self.time_unit}"
 
 
 def thinned(time: FloatArray, columns: tuple[FloatArray, ...], limit: int) -> tuple[FloatArray, tuple[FloatArray, ...]]:

@@ -90,7 +90,9 @@ def draw(chart: Chart) -> Figure:
         _draw_panel(axes, panel)
         axes.tick_params(labelbottom=panel is chart.panels[-1])
         all_axes.append(axes)
-    all_axes[-1].set_xlabel(f"time, {chart.time_unit}")
+    all_axes[-1].set_xlabel(chart.horizontal)
+    if chart.across:
+        all_axes[-1].set_aspect("equal", adjustable="datalim")
     if chart.span:
         all_axes[-1].set_xlim(*chart.span)
     _place(all_axes, row, head, height)

@@ -9,7 +9,9 @@ import xarray as xr
 
 from estimfw.report.angles import beside, unwrapped
 from estimfw.report.charts import charts_of
+from estimfw.report.interactive import plotly_figure
 from estimfw.report.panel import Chart, focused
+from estimfw.report.pictures import draw
 
 Results = Callable[..., xr.Dataset]
 DEG = np.pi / 180
@@ -125,3 +127,17 @@ def test_largest_sets_of_states_are_split_into_readable_charts(make_result: Resu
     assert max(len(one.panels) for one in charts) <= 6
     assert sum(len(one.panels) for one in charts if one.section == "states") == 28
     assert len({one.key for one in charts}) == len(charts)
+
+
+def test_east_and_north_are_drawn_as_a_map_to_one_scale(make_result: Results) -> None:
+    result = make_result().isel(output=[1, 2]).assign_coords(output=["track.east", "track.north"])
+    drawn = chart(result, "map_track")
+    assert drawn.horizontal == "east, deg" and drawn.panels[0].unit == "north, deg" and drawn.span is None
+    estimate, truth = drawn.panels[0].curves
+    east, north = result["output_value"].to_numpy()[-1] / DEG
+    assert np.isclose(estimate.time[-1], east) and np.isclose(estimate.values[-1], north)
+    assert np.isfinite(truth.values).all()
+    (axes,) = draw(drawn).axes
+    assert axes.get_aspect() == 1.0 and axes.get_xlabel() == "east, deg"
+    layout = plotly_figure(drawn)["layout"]
+    assert layout["yaxis"]["scaleanchor"] == "x" and layout["xaxis"]["title"]["text"] == "east, deg"
