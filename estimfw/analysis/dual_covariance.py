@@ -138,6 +138,7 @@ class DualCovariance:
         self._map = truth.map.evaluate(truth.plan.layout.complete(initial_row))
         self._correct, self._restart = np.eye(n), np.eye(n)
         self._made: dict[float, FloatArray] = {}
+        self._apart = any(s.noises not in ((), "all") for s in sources)
 
     def advance(self, stretch: Stretch, keep: IntArray | None = None) -> Iterator[JointMoments]:
         """The moments along the next stretch, in batches.
@@ -205,7 +206,7 @@ class DualCovariance:
         """Of the steps from update to update.
 
         The transition (K, N, N) of the joint state, what takes the truth's process noise to it (K, N, truth states), that noise
-        (K, noise inputs, truth states, truth states), the gains (K, n, rows), the truth's measurement noise (K, rows, rows), M.
+        (K, noise inputs or 1, truth states, truth states), the gains (K, n, rows), the truth's R (K, rows, rows), M.
         """
         truth, chunk = self.truth, stretch.chunk
         end = truth.plan.layout.complete(stretch.best_rows[1][own])
@@ -213,7 +214,7 @@ class DualCovariance:
         before = np.concatenate([self._map[None], M[:-1]])
         Phi, Q, _ = stretch.plan.transitions(stretch.rows[0][own], chunk.inputs[own], chunk.dt[own], stretch.doublings)
         K = gains(stretch, own, Phi, Q)
-        A, spread = self._predicted(stretch, own, Phi, before, M)
+        A, spread, Q = self._predicted(stretch, own, Phi, before, M)
         B = self._updated(stretch, own, K, M, end)
         correct, restart = self._corrections(stretch, own, M)
         first = np.concatenate([self._correct[None], correct[:-1]])
@@ -221,17 +222,18 @@ class DualCovariance:
         first = np.where(chunk.restart[own][:, None, None], anew @ first, first)
         self._map, self._correct, self._restart = M[-1], correct[-1], restart[-1]
         R = truth.noise(chunk.interval[own])
-        return B @ A @ first, B @ spread, self._process_noise(stretch, own), K, R, M
+        noise = self._process_noise(stretch, own) if self._apart else Q[:, None]
+        return B @ A @ first, B @ spread, noise, K, R, M
 
     def _predicted(
         self, stretch: Stretch, own: slice, ran: FloatArray, before: FloatArray, after: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """A (K, N, N) of the predictions, and what takes the truth's process noise to the joint state (K, N, truth states)."""
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """A (K, N, N) of the predictions, what takes the truth's process noise to the joint state (K, N, truth states), its Q."""
         plan, truth, chunk = stretch.plan, self.truth.plan, stretch.chunk
         process, dt, u = stretch.best_rows[0][own], chunk.dt[own], chunk.inputs[own]
         Phi_f, _, d_f = plan.transitions(plan.layout.complete(process), u, dt, stretch.doublings)
         row = truth.layout.complete(process)
-        Phi_t, _, d_t = truth.transitions(row, u[:, list(self.truth.inputs)], dt, self._doublings)
+        Phi_t, Q, d_t = truth.transitions(row, u[:, list(self.truth.inputs)], dt, self._doublings)
         a, n = truth.F.shape[0], plan.F.shape[0]
         A = np.zeros((len(dt), a + n + 1, a + n + 1))
         A[:, :a, :a], A[:, a:-1, a:-1], A[:, -1, -1] = Phi_t, ran, 1.0
@@ -239,7 +241,7 @@ class DualCovariance:
         A[:, :a, -1], A[:, a:-1, -1] = d_t, np.einsum("kij,kj->ki", after, d_t) - d_f
         spread = np.zeros((len(dt), a + n + 1, a))
         spread[:, :a], spread[:, a:-1] = np.eye(a), after
-        return A, spread
+        return A, spread, Q
 
     def _process_noise(self, stretch: Stretch, own: slice) -> FloatArray:
         """Q of each noise input of the truth, (K, noise inputs, truth states, truth states)."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from estimfw.config.compose import Problem
 from estimfw.data.memory import refuse_too_large
@@ -107,7 +108,8 @@ def run_problem(
     watchers: list[list[Watcher]] = [
         [*(watch(one) if watch is not None else ()), *honest[i : i + 1]] for i, one in enumerate(members)
     ]
-    pieces, filtering = _scan(prepared, progress, wanted, watchers)
+    with threadpool_limits(1, user_api="blas"):  # matrices are small: threads only wait for each other
+        pieces, filtering = _scan(prepared, progress, wanted, watchers)
     timing = Timing(loaded - begin, ready - loaded, filtering)
     done = _collect(prepared, pieces, wanted, timing)
     if not honest:
