@@ -89,7 +89,7 @@ class Problem:
     truth : Truth or None
         The truth model beside the filter's own; None where they are the same.
     undetermined : tuple of str
-        Combinations of states that the measurements do not determine, at the reference nominal.
+        Combinations of states that the measurements do not determine, at the reference nominal; none where they vary.
     warnings : tuple of str
     owners : mapping of str to str
         By the path of a section (``source``, ``monitors.motion``): the plugin that it comes from.
@@ -159,10 +159,17 @@ def compose(document: Document, registry: Registry) -> Problem:
         wanted=wanted_columns(plan, preprocess, document),
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
         truth=truth,
-        undetermined=tuple(undetectable_directions(model, reference)),
+        undetermined=_undetermined(model, reference, plan),
         warnings=(*getattr(provider, "warnings", ()), *registry_warnings(registry), *unpriced),
         owners=build.owners,
     )  # fmt: skip
+
+
+def _undetermined(model: Model, reference: Mapping[str, FloatArray], plan: Plan) -> tuple[str, ...]:
+    """At the start; nothing is said where a measurement itself changes along the run: what it reads there is not what it will."""
+    if any(what.startswith("measurement ") for what, _, _ in plan.varying):
+        return ()
+    return tuple(undetectable_directions(model, reference))
 
 
 def registry_warnings(registry: Registry) -> tuple[str, ...]:

@@ -41,3 +41,8 @@ def test_the_low_pass_of_the_config_leaves_seven_centimetres_a_second(opened: An
     early, late = (np.roll(speed, k) - speed for k in (-200, 200))
     assert abs(np.mean(error * early)) < 0.02 * np.mean(early**2), "no part of it is a shift"
     assert abs(np.mean(error * late)) < 0.02 * np.mean(late**2)
+
+
+def test_nothing_is_said_to_be_undetermined_before_anything_is_measured(opened: Any) -> None:
+    """At the start the measurement reads nothing yet; along the drive it does."""
+    assert opened("odometer_aeba.yaml").undetermined == ()
