@@ -83,8 +83,8 @@ def claim_table(verdicts: Sequence[Verdict]) -> Table:
             )
             if word
         )
-        what = f"{claim.statistic} of {' / '.join(claim.of)}, {claim.output}"
-        what += f" at {plain(claim.at)} s" if claim.at is not None else ""
+        what = f"{'ratio of ' if len(claim.of) == 2 and claim.statistic != 'closer' else ''}{claim.statistic}"
+        what += f", {plain(claim.at)} s" if claim.at is not None else ""
         verdict = Cell("holds", "good") if one.holds else Cell("does not hold", "bad")
         figure = f"{significant(one.figure, 3)} {one.unit}".strip() if np.isfinite(one.figure) else "never"
         rows.append((Cell(claim.text), Cell(figure), Cell(bounds), verdict, Cell(what)))
