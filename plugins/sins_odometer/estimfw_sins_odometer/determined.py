@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 import numpy as np
-from estimfw_inertial.mounting import MountingConfig
 from numpy.typing import NDArray
 from pydantic import Field
 
-from estimfw.config.types import PositiveInt, Settings, Site, non_negative_quantity, quantity_vector
-from estimfw.data.record import Record, Stream
+from estimfw.config.types import Site, non_negative_quantity
+from estimfw.data.record import Record
 from estimfw.model.nominal import (
     CompiledScan,
     CorrectionSlot,
@@ -24,26 +23,20 @@ from estimfw.model.parts import Output
 from estimfw_sins_odometer import determination
 from estimfw_sins_odometer.attitude import determined_output
 from estimfw_sins_odometer.level import Level
-from estimfw_sins_odometer.preintegration import ROW_COLUMNS, Preintegrated
-from estimfw_sins_odometer.provider import Vehicle, vehicle_of
+from estimfw_sins_odometer.preintegration import Preintegrated
 from estimfw_sins_odometer.samples import COLUMNS
+from estimfw_sins_odometer.vehicle import BoundVehicle, Vehicle, VehicleConfig, unpacked, vehicle_of
 
 __all__ = ["BoundDetermination", "Determination", "DeterminationConfig", "determined"]
 
 FloatArray = NDArray[np.float64]
 _Three = tuple[float, float, float]
-_LEVER = quantity_vector("m", 3, examples=("[0.1 m, -1.2 m, -0.5 m]",))
 
 
-class DeterminationConfig(Settings):
+class DeterminationConfig(VehicleConfig):
     """``sins_odometer.determination``: the attitude that fits the integrated velocities best (Wahba), from the stream ``imu``."""
 
     kind: Literal["sins_odometer.determination"]
-    rows: Annotated[PositiveInt, Field(description="rows of the stream in a step, an even number")] = 100
-    lever_arm: Annotated[_Three, _LEVER, Field(description="from the IMU to the odometer, right, forward, up")] = (
-        0.0,
-    ) * 3
-    mounting: Annotated[MountingConfig | None, Field(description="turn of the IMU against the vehicle")] = None
     first: Annotated[
         float,
         non_negative_quantity("s"),
@@ -83,12 +76,7 @@ class Determination:
 
     def reference(self, initial: InitialNominal) -> dict[str, FloatArray]:
         """Every variable at the start."""
-        row = self.bind(ProviderSettings(frozenset())).initial_row(initial)
-        values, at = {}, 0
-        for v in determination.VARIABLES:
-            values[v.name] = row[..., at : at + v.size].reshape((*row.shape[:-1], *v.shape))
-            at += v.size
-        return values
+        return unpacked(determination.VARIABLES, self.bind(ProviderSettings(frozenset())).initial_row(initial))
 
     def start(self, given: InitialNominal | None, record: Record) -> InitialNominal:
         """The velocity there; level and heading North, for the seconds before the first attitude, where none is given."""
@@ -104,19 +92,13 @@ class Determination:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BoundDetermination:
+class BoundDetermination(BoundVehicle):
     """The provider as pure functions on the flat arrays of `determination`."""
 
-    vehicle: Vehicle
-    params: FloatArray
     n_state: int = field(default=determination.N_STATE, init=False)
     compiled: CompiledScan | None = field(
         default=CompiledScan("estimfw_sins_odometer.compiled", "determination_step", "keep"), init=False
     )
-
-    @property
-    def n_sample(self) -> int:
-        return 1 + ROW_COLUMNS * self.vehicle.rows
 
     def initial_state(self, initial: InitialNominal) -> FloatArray:
         """State (..., 84)."""
@@ -131,10 +113,6 @@ class BoundDetermination:
         nothing = np.zeros((*state.shape[:-1], 3))
         return determination.row_of(Preintegrated.of(state), turned, start, nothing, nothing[..., 0])
 
-    def samples(self, stream: Stream, rows: NDArray[np.int64]) -> FloatArray:
-        """Samples (K, n_sample)."""
-        return self.vehicle.samples(stream, rows)
-
     def step(self, state: FloatArray, sample: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """New state, process row, end row."""
         return determination.step(state, sample, self.params)
@@ -147,5 +125,5 @@ class BoundDetermination:
 
 def determined(cfg: DeterminationConfig, site: Site | None) -> Determination:
     """The provider that a config describes."""
-    vehicle = vehicle_of(site, cfg.rows, cfg.lever_arm, cfg.mounting, cfg.kind)
+    vehicle = vehicle_of(cfg, cfg.kind, site)
     return Determination(vehicle, cfg.first, cfg.normalised, cfg.transport)

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from estimfw_inertial.mounting import MountingConfig
 from numpy.typing import NDArray
 from pydantic import Field
 
-from estimfw.config.types import PositiveInt, Settings, Site, quantity_vector
-from estimfw.data.record import Record, Stream
+from estimfw.config.types import Site, quantity_vector
+from estimfw.data.record import Record
 from estimfw.errors import DataError
 from estimfw.model.nominal import (
     CompiledScan,
@@ -25,26 +24,19 @@ from estimfw.model.nominal import (
 from estimfw.model.parts import Output
 from estimfw_sins_odometer import reckoning
 from estimfw_sins_odometer.attitude import determined_output
-from estimfw_sins_odometer.preintegration import ROW_COLUMNS
-from estimfw_sins_odometer.provider import Vehicle, vehicle_of
 from estimfw_sins_odometer.samples import COLUMNS
+from estimfw_sins_odometer.vehicle import BoundVehicle, Vehicle, VehicleConfig, unpacked, vehicle_of
 
 __all__ = ["BoundReckoning", "DeadReckoning", "DeadReckoningConfig", "dead_reckoning"]
 
 FloatArray = NDArray[np.float64]
 _Three = tuple[float, float, float]
-_LEVER = quantity_vector("m", 3, examples=("[0.1 m, -1.2 m, -0.5 m]",))
 
 
-class DeadReckoningConfig(Settings):
+class DeadReckoningConfig(VehicleConfig):
     """``sins_odometer.dead_reckoning``: attitude by the gyros, way by the odometer, from the stream ``imu``."""
 
     kind: Literal["sins_odometer.dead_reckoning"]
-    rows: Annotated[PositiveInt, Field(description="rows of the stream in a step, an even number")] = 100
-    lever_arm: Annotated[_Three, _LEVER, Field(description="from the IMU to the odometer, right, forward, up")] = (
-        0.0,
-    ) * 3
-    mounting: Annotated[MountingConfig | None, Field(description="turn of the IMU against the vehicle")] = None
     position: Annotated[
         _Three, quantity_vector("m", 3), Field(description="at the start, east, north and up of the site")
     ] = (0.0,) * 3
@@ -78,12 +70,7 @@ class DeadReckoning:
 
     def reference(self, initial: InitialNominal) -> dict[str, FloatArray]:
         """Every variable at the start."""
-        row = self.bind(ProviderSettings(frozenset())).initial_row(initial)
-        values, at = {}, 0
-        for v in reckoning.VARIABLES:
-            values[v.name] = row[..., at : at + v.size].reshape((*row.shape[:-1], *v.shape))
-            at += v.size
-        return values
+        return unpacked(reckoning.VARIABLES, self.bind(ProviderSettings(frozenset())).initial_row(initial))
 
     def start(self, given: InitialNominal | None, record: Record) -> InitialNominal:
         """The given attitude, the velocity there, and the position: of a simulated record where it really is.
@@ -110,19 +97,13 @@ class DeadReckoning:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BoundReckoning:
+class BoundReckoning(BoundVehicle):
     """The provider as pure functions on the flat arrays of `reckoning`."""
 
-    vehicle: Vehicle
-    params: FloatArray
     n_state: int = field(default=reckoning.N_STATE, init=False)
     compiled: CompiledScan | None = field(
         default=CompiledScan("estimfw_sins_odometer.compiled", "reckoning_step", "keep"), init=False
     )
-
-    @property
-    def n_sample(self) -> int:
-        return 1 + ROW_COLUMNS * self.vehicle.rows
 
     def initial_state(self, initial: InitialNominal) -> FloatArray:
         """State (..., 18)."""
@@ -135,10 +116,6 @@ class BoundReckoning:
         state = self.initial_state(initial)
         C = state[..., :9].reshape(*state.shape[:-1], 3, 3)
         return reckoning.row_of(C, state[..., 9:12], state[..., 12:15])
-
-    def samples(self, stream: Stream, rows: NDArray[np.int64]) -> FloatArray:
-        """Samples (K, n_sample)."""
-        return self.vehicle.samples(stream, rows)
 
     def step(self, state: FloatArray, sample: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """New state, process row, end row."""
@@ -177,4 +154,4 @@ def track_output() -> Output:
 
 def dead_reckoning(cfg: DeadReckoningConfig, site: Site | None) -> DeadReckoning:
     """The provider that a config describes."""
-    return DeadReckoning(vehicle_of(site, cfg.rows, cfg.lever_arm, cfg.mounting, cfg.kind), cfg.position)
+    return DeadReckoning(vehicle_of(cfg, cfg.kind, site), cfg.position)

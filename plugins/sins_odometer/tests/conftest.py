@@ -7,8 +7,8 @@ from functools import lru_cache
 from pathlib import Path
 
 import pytest
-from estimfw_sins_odometer.provider import Vehicle
 from estimfw_sins_odometer.simulate import SimulateConfig, Simulation
+from estimfw_sins_odometer.vehicle import Vehicle
 
 from estimfw.config.compose import Problem, compose
 from estimfw.config.generic.components import core_components

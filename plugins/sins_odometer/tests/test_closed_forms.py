@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from estimfw_inertial import earth
 from estimfw_sins_odometer.determined import BoundDetermination, Determination
-from estimfw_sins_odometer.provider import Vehicle
 from estimfw_sins_odometer.samples import COLUMNS
+from estimfw_sins_odometer.vehicle import Vehicle
 from numpy.typing import NDArray
 
 from estimfw.data.record import Record, Stream

@@ -9,7 +9,7 @@ import pytest
 from estimfw_inertial.rotation import euler_angles
 from estimfw_sins_odometer import compiled
 from estimfw_sins_odometer.determined import Determination
-from estimfw_sins_odometer.provider import Vehicle
+from estimfw_sins_odometer.vehicle import Vehicle
 from estimfw_sins_odometer.wahba import best_rotation, davenport
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation

@@ -10,8 +10,8 @@ import pytest
 from estimfw_inertial.rotation import exponential, skew
 from estimfw_sins_odometer.observation import predicted
 from estimfw_sins_odometer.preintegration import Preintegrated, begin, preintegrate, velocity_observation
-from estimfw_sins_odometer.provider import Vehicle
 from estimfw_sins_odometer.samples import odometer_samples
+from estimfw_sins_odometer.vehicle import Vehicle
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 

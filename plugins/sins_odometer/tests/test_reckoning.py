@@ -11,8 +11,8 @@ import pytest
 from estimfw_inertial.rotation import attitude_matrix, exponential
 from estimfw_sins_odometer import compiled
 from estimfw_sins_odometer.aligned import AlignedConfig, aligned
-from estimfw_sins_odometer.provider import Vehicle
 from estimfw_sins_odometer.reckoned import DeadReckoning
+from estimfw_sins_odometer.vehicle import Vehicle
 from numpy.typing import NDArray
 
 from estimfw.data.record import Record
