@@ -2,42 +2,22 @@
 
 from __future__ import annotations
 
-from copy import copy
-from types import ModuleType
-
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.errors import NumericalError
-from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState
+from estimfw.estimators.step_by_step import StepByStep
 from estimfw.kernels import fuse, joseph, ud
 from estimfw.model.nominal import BoundProvider
-from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import MeasurementPlan, Plan
 
 __all__ = ["NumpyScan"]
 
 FloatArray = NDArray[np.float64]
 
-#: Matrices that are kept for steps of one length and input; a measured input rarely has one value twice.
-MOST_TABLES = 1_000
 
-
-class NumpyScan:
-    """A plan bound to its provider and its start.
-
-    Parameters
-    ----------
-    plan : Plan
-    provider : BoundProvider or None
-        None: the nominal is the row of the state for ever.
-    settings : FilterSettings
-    initial_row : (provided,) array
-    prior : (n,) and (n, n) array
-        Mean and covariance at the start and at every restart.
-    """
-
-    name = "numpy"
+class NumpyScan(StepByStep):
+    """The Kalman recursion; ``settings`` say the form of the covariance and the loop, the rest is that of `StepByStep`."""
 
     def __init__(
         self,
@@ -47,30 +27,8 @@ class NumpyScan:
         initial_row: FloatArray,
         prior: tuple[FloatArray, FloatArray],
     ) -> None:
-        self.plan, self.provider, self.settings = plan, provider, settings
-        self.doublings = SubSteps(plan, initial_row)
-        self.kernel: ModuleType = ud if settings.covariance == "ud" else joseph
-        self.mean, self.form = prior[0], self.kernel.factor(prior[1])
-        self.offsets = row_offsets(plan)
-        self.thresholds = [plan.thresholds(m) for m in plan.measurements]
-        self.steady = plan.steady
-        self.inside = frozenset(d.name for d in derived_in_loop(plan))
-        self.corrected = np.array(plan.corrected, dtype=bool)
-        self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
-
-    def begun(self, doublings: SubSteps, mean: FloatArray, form: FloatArray) -> NumpyScan:
-        """The same recursion with the sub-steps and the prior of another run, its covariance in the kernel's form."""
-        other = copy(self)
-        other.doublings, other.mean, other.form = doublings, mean, form
-        other.tables = self.tables if doublings is self.doublings else {}
-        return other
-
-    def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
-        """K steps; see `Chunk` and `ChunkResult`."""
-        result = ChunkResult.empty(self.plan, len(chunk), state.provider.shape[-1])
-        for k in range(len(chunk)):
-            state = self._step(state, chunk, k, result)
-        return state, result
+        super().__init__(plan, provider, ud if settings.covariance == "ud" else joseph, initial_row, prior)
+        self.settings = settings
 
     def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState:
         x, form, provider = state.x, state.form, state.provider
@@ -97,28 +55,6 @@ class NumpyScan:
             provider = self._correct(provider, x, end_row)
             x = np.where(self.corrected, 0.0, x)
         return FilterState(x, form, provider, end_row[..., : self.plan.layout.provided])
-
-    def _tables(self, row: FloatArray, u: FloatArray, dt: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        key = (dt, u.tobytes())
-        if self.steady and key in self.tables:
-            return self.tables[key]
-        made = self.plan.discretised(row, u, np.array(dt), self.doublings(dt))
-        if not np.all(np.isfinite(made[0])):
-            raise NumericalError("the transition matrix is not finite", hint="the dynamics are too stiff for the step")
-        if self.steady and len(self.tables) < MOST_TABLES:
-            self.tables[key] = made
-        return made
-
-    def _complete(self, rows: FloatArray) -> FloatArray:
-        """With the derived variables that the loop needs."""
-        return self.plan.layout.complete(rows, self.inside)
-
-    def _correct(self, provider: FloatArray, x: FloatArray, row: FloatArray) -> FloatArray:
-        """The provider's state, corrected by the estimate in the frames of its slots."""
-        if self.provider is None or not np.any(self.corrected):
-            return provider
-        delta = np.einsum("...ij,...j->...i", self.plan.correction.evaluate(row), x)
-        return self.provider.correct(provider, delta)
 
     def _fuse(
         self,

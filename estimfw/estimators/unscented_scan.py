@@ -16,26 +16,23 @@ after the other by `estimfw.kernels.fuse`: gates, masked components and disposit
 
 from __future__ import annotations
 
-from copy import copy
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.errors import NumericalError, PluginError
-from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, SubSteps, row_offsets
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterState
 from estimfw.estimators.sigma_points import Spread
+from estimfw.estimators.step_by_step import StepByStep
 from estimfw.kernels import fuse, ud
 from estimfw.model.nominal import BoundProvider
-from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import MeasurementPlan, Plan
 
 __all__ = ["Manifold", "UnscentedScan", "manifold_of"]
 
 FloatArray = NDArray[np.float64]
 
-#: Matrices that are kept for steps of one length and input.
-MOST_TABLES = 1_000
 #: A pivot that is negative by less than this part of its variance is a rounding.
 ROUNDING = 1e-9
 
@@ -46,16 +43,14 @@ class Manifold(Protocol):
     def difference(self, state: FloatArray, other: FloatArray) -> FloatArray: ...
 
 
-class UnscentedScan:
-    """A plan bound to its provider and its start; see `estimfw.estimators.numpy_scan.NumpyScan`.
+class UnscentedScan(StepByStep):
+    """The unscented recursion; parameters as for `StepByStep`.
 
     Raises
     ------
     PluginError
         The provider has slots that the model corrects, but no ``difference``.
     """
-
-    name = "numpy"
 
     def __init__(
         self,
@@ -66,30 +61,9 @@ class UnscentedScan:
         initial_row: FloatArray,
         prior: tuple[FloatArray, FloatArray],
     ) -> None:
-        self.plan, self.provider, self.closed_loop, self.spread = plan, provider, closed_loop, spread
-        self.doublings = SubSteps(plan, initial_row)
-        self.mean, self.form = prior[0], ud.factor(prior[1])
-        self.offsets = row_offsets(plan)
-        self.thresholds = [plan.thresholds(m) for m in plan.measurements]
-        self.steady = plan.steady
-        self.inside = frozenset(d.name for d in derived_in_loop(plan))
-        self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
-        self.corrected = np.array(plan.corrected, dtype=bool)
+        super().__init__(plan, provider, ud, initial_row, prior)
+        self.closed_loop, self.spread = closed_loop, spread
         self.manifold = manifold_of(provider) if provider is not None and np.any(self.corrected) else None
-
-    def begun(self, doublings: SubSteps, mean: FloatArray, form: FloatArray) -> UnscentedScan:
-        """The same recursion with the sub-steps and the prior of another run, its covariance in the kernel's form."""
-        other = copy(self)
-        other.doublings, other.mean, other.form = doublings, mean, form
-        other.tables = self.tables if doublings is self.doublings else {}
-        return other
-
-    def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
-        """K steps; see `Chunk` and `ChunkResult`."""
-        result = ChunkResult.empty(self.plan, len(chunk), state.provider.shape[-1])
-        for k in range(len(chunk)):
-            state = self._step(state, chunk, k, result)
-        return state, result
 
     def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState:
         x, form, provider = state.x, state.form, state.provider
@@ -138,29 +112,12 @@ class UnscentedScan:
         n = len(self.plan.states)
         if not dt > 0.0:
             return np.eye(n), np.zeros((n, n)), np.zeros(n)
-        key = (dt, u.tobytes())
-        if self.steady and key in self.tables:
-            return self.tables[key]
-        made = self.plan.discretised(row, u, np.array(dt), self.doublings(dt))
-        if not np.all(np.isfinite(made[0])):
-            raise NumericalError("the transition matrix is not finite", hint="the dynamics are too stiff for the step")
-        if self.steady and len(self.tables) < MOST_TABLES:
-            self.tables[key] = made
-        return made
+        return super()._tables(row, u, dt)
 
     def _slots(self, delta: FloatArray, row: FloatArray) -> FloatArray:
         """Corrected states (points, corrected) that correct by delta (points, 3 * slots) at this row."""
         C = self.plan.correction.evaluate(row)[:, self.corrected]
         return np.asarray(delta @ np.linalg.pinv(C).T)
-
-    def _complete(self, rows: FloatArray) -> FloatArray:
-        """With the derived variables that the loop needs."""
-        return self.plan.layout.complete(rows, self.inside)
-
-    def _correct(self, state: FloatArray, x: FloatArray, row: FloatArray) -> FloatArray:
-        if self.provider is None or not np.any(self.corrected):
-            return state
-        return self.provider.correct(state, x @ self.plan.correction.evaluate(row).T)
 
     def _update(
         self, points: FloatArray, rows: FloatArray, chunk: Chunk, k: int, result: ChunkResult
