@@ -2,11 +2,12 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-DISTRIBUTIONS := -e . -e plugins/inertial -e plugins/sins_static -e plugins/sins_odometer
+PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
+DISTRIBUTIONS := -e . $(addprefix -e ,$(PLUGINS))
 
 .PHONY: demo test test-slow lint schemas picture clean
 
-$(VENV)/.installed: pyproject.toml plugins/inertial/pyproject.toml plugins/sins_static/pyproject.toml plugins/sins_odometer/pyproject.toml
+$(VENV)/.installed: pyproject.toml $(addsuffix /pyproject.toml,$(PLUGINS))
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "estimfw needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Try: make PYTHON=python3.12 demo")'
 	@echo "A virtual environment in $(VENV), with estimfw and its plugins: a minute or two ..."
 	$(PYTHON) -m venv $(VENV)
@@ -42,7 +43,7 @@ lint: $(VENV)/.installed-dev  ## Style, types, import rules, freshness of the sc
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/mypy tests plugins/inertial/tests plugins/sins_static/tests plugins/sins_odometer/tests examples/vendor_sensor/acme_compass conftest.py
+	$(BIN)/mypy tests $(addsuffix /tests,$(PLUGINS)) examples/vendor_sensor/acme_compass conftest.py
 	$(BIN)/lint-imports
 	$(BIN)/estimfw schema --check
 
