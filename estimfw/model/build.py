@@ -105,8 +105,9 @@ def _prior(blocks: Sequence[BlockParts], correlations: Mapping[tuple[str, str], 
     n = len(labels)
     covariance, at = np.zeros((n, n)), 0
     for b in blocks:
-        size = len(b.block.axes)
-        covariance[at : at + size, at : at + size] = np.array(b.covariance).reshape(size, size)
+        size, live = len(b.block.axes), list(b.block.live)
+        every = len(b.block.all_axes)
+        covariance[at : at + size, at : at + size] = np.array(b.covariance).reshape(every, every)[np.ix_(live, live)]
         at += size
     for (first, second), value in correlations.items():
         for label in (first, second):
@@ -115,7 +116,7 @@ def _prior(blocks: Sequence[BlockParts], correlations: Mapping[tuple[str, str], 
         i, j = labels.index(first), labels.index(second)
         covariance[i, j] = covariance[j, i] = value * np.sqrt(covariance[i, i] * covariance[j, j])
     check_covariance(covariance, labels)
-    mean = tuple(x for b in blocks for x in b.mean)
+    mean = tuple(b.mean[i] for b in blocks for i in b.block.live)
     return Prior(mean, tuple(tuple(float(x) for x in row) for row in covariance), identity(n))
 
 
