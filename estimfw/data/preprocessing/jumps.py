@@ -30,12 +30,21 @@ class JumpLimit:
         Readings are averaged over it before they are judged: coarse ones.
     longest : float, s
         A jump and a jump back that are no farther apart enclose readings of which none is good.
+    period : float or None
+        After which the reading begins anew: a heading that goes from 359 deg to 1 deg has changed by 2 deg. None: never.
     """
 
     rate: float
     tolerance: float = 0.0
     window: float = 0.0
     longest: float = 0.0
+    period: float | None = None
+
+    def change(self, difference: FloatArray) -> FloatArray:
+        """What a difference of two readings (N,) is: the shorter way round where they begin anew."""
+        if self.period is None:
+            return difference
+        return np.asarray(difference - self.period * np.round(difference / self.period))
 
 
 def impossible(time: FloatArray, values: FloatArray, limit: JumpLimit, period: float) -> Bools:
@@ -53,14 +62,17 @@ def impossible(time: FloatArray, values: FloatArray, limit: JumpLimit, period: f
     lag = max(1, round(limit.window / period))
     if rows.size <= lag:
         return bad
-    t, x = time[rows], _averaged(values[rows], lag)
-    step = np.concatenate([np.zeros(lag), x[lag:] - x[:-lag]])
+    read = values[rows]
+    if limit.period is not None and rows.size > 1:
+        read = np.cumsum(np.concatenate([read[:1], limit.change(np.diff(read))]))
+    t, x = time[rows], _averaged(read, lag)
+    step = np.concatenate([np.zeros(lag), limit.change(x[lag:] - x[:-lag])])
     jumps = np.flatnonzero(np.abs(step[lag:]) > limit.rate * (t[lag:] - t[:-lag]) + limit.tolerance) + lag
     done = 0
     for k in jumps.tolist():
         if k - lag < done:  # a step from a bad reading is none
             continue
-        good = np.abs(x - x[k - lag]) <= limit.rate * (t - t[k - lag]) + limit.tolerance
+        good = np.abs(limit.change(x - x[k - lag])) <= limit.rate * (t - t[k - lag]) + limit.tolerance
         reachable = good[k:]
         done = k + int(np.argmax(reachable)) if reachable.any() else x.size
         back = jumps[(jumps > k) & (t[jumps] - t[k] <= limit.longest) & (step[jumps] * step[k] < 0.0)]

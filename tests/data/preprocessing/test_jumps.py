@@ -89,6 +89,38 @@ def test_columns_that_are_not_named_stay_and_the_event_counts_the_others() -> No
     assert np.isfinite(raw.values).all()
 
 
+HEADING = JumpLimit(rate=20.0, tolerance=1.0, longest=2.0, period=360.0)
+
+
+def heading() -> FloatArray:
+    """Deg, 350 +- 60 at up to 18 deg/s: through North again and again."""
+    return np.asarray((350.0 + 60.0 * np.sin(0.3 * TIME)) % 360.0, dtype=float)
+
+
+def test_a_heading_that_passes_north_has_not_jumped() -> None:
+    x = heading()
+    assert np.max(np.abs(np.diff(x))) > 350.0
+    assert not impossible(TIME, x, HEADING, 0.01).any()
+    assert not impossible(TIME, np.radians(x - 180.0), JumpLimit(0.35, 0.02, 0.1, 2.0, 2.0 * np.pi), 0.01).any()
+
+
+@pytest.mark.parametrize("jump", [40.0, -170.0, 179.0])
+@pytest.mark.parametrize("begin", [400, 1050])
+def test_a_jump_of_a_heading_is_one_on_either_side_of_north(jump: float, begin: int) -> None:
+    x = heading()
+    x[begin : begin + 50] = (x[begin : begin + 50] + jump) % 360.0
+    bad = np.flatnonzero(impossible(TIME, x, HEADING, 0.01))
+    assert bad.tolist() == list(range(begin, begin + 50))
+
+
+def test_outliers_of_a_heading_one_after_the_other_are_all_found() -> None:
+    x = heading()
+    for k, off in zip(range(600, 640), np.random.default_rng(3).uniform(30.0, 330.0, 40), strict=True):
+        x[k] = (x[k] + off) % 360.0
+    bad = np.flatnonzero(impossible(TIME, x, HEADING, 0.01))
+    assert bad.tolist() == list(range(600, 640))
+
+
 def test_runs_side_by_side_are_as_each_alone() -> None:
     runs = np.stack([drive(), drive(), drive()])[..., None]
     runs[1, 500:600] += 2.0

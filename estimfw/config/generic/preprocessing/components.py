@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from estimfw.config.generic.preprocessing import counter, fir_lowpass, join, jump_limit, lag_check, shift, stuck
+from estimfw.config.generic.preprocessing import (
+    clip_check,
+    counter,
+    fir_lowpass,
+    join,
+    jump_limit,
+    lag_check,
+    shift,
+    stuck,
+)
 from estimfw.registry.component import Component
 
 __all__ = ["preprocessing_components"]
@@ -22,6 +31,10 @@ def preprocessing_components() -> list[Component]:
         Component(
             "preprocess", "jump_limit", jump_limit.JumpLimitConfig, jump_limit.jump_limit,
             "leave out readings that change faster than is possible: slip",
+        ),
+        Component(
+            "preprocess", "clip_check", clip_check.ClipCheckConfig, clip_check.clip_check,
+            "leave out readings at the end of a sensor's range",
         ),
         Component("preprocess", "stuck", stuck.StuckConfig, stuck.stuck, "leave out readings of a sensor that stands still"),
         Component(

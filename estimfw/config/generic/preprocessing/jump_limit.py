@@ -23,7 +23,7 @@ class JumpLimitConfig(Settings):
     """After an impossible step readings are left out until one is there that the last good one can have become.
 
     A lasting change is believed in the end. With ``longest`` all readings between a jump and a jump back are left out; with
-    ``window`` means are judged, for a speed made of coarse pulses.
+    ``window`` means are judged, for a speed made of coarse pulses. A heading begins anew: ``period: 360 deg``.
     """
 
     kind: Literal["jump_limit"]
@@ -43,16 +43,22 @@ class JumpLimitConfig(Settings):
     longest: Annotated[
         float, non_negative_quantity("s"), Field(description="a jump back within this time spoils all readings between")
     ] = 0.0
+    period: Annotated[
+        Quantity | None,
+        FreeQuantity(("360 deg",)),
+        Field(description="after which a reading begins anew, such as a heading (left out: never)"),
+    ] = None
 
     @model_validator(mode="after")
     def _one_dimension(self) -> Self:
         unit = times_second(self.rate.unit.si_text, 1)
-        if self.tolerance is not None and self.tolerance.unit.dimension != parse_unit(unit).dimension:
-            refuse(
-                f"`tolerance` is in {self.tolerance.unit.si_text}, `rate` in {self.rate.unit.si_text}",
-                f"a tolerance in {unit} is due",
-                "tolerance",
-            )
+        for key, own in (("tolerance", self.tolerance), ("period", self.period)):
+            if own is not None and own.unit.dimension != parse_unit(unit).dimension:
+                refuse(
+                    f"`{key}` is in {own.unit.si_text}, `rate` in {self.rate.unit.si_text}",
+                    f"a {key} in {unit} is due",
+                    key,
+                )
         return self
 
 
@@ -80,6 +86,7 @@ def jump_limit(name: str, cfg: JumpLimitConfig, site: Site | None) -> LimitedJum
     """The component; neither its name nor the place matters."""
     del name, site
     tolerance = cfg.tolerance.value if cfg.tolerance is not None else 0.0
-    limit = JumpLimit(cfg.rate.value, tolerance, cfg.window, cfg.longest)
+    period = cfg.period.value if cfg.period is not None else None
+    limit = JumpLimit(cfg.rate.value, tolerance, cfg.window, cfg.longest, period)
     unit = cfg.rate.unit.si_text
     return LimitedJumps(cfg.stream, cfg.columns, limit, times_second(unit, 1), unit)

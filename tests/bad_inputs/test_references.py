@@ -1,0 +1,120 @@
+"""References that go bad while the filter runs (43, 44): each is flagged, not used, and the filter goes on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+Check = Callable[..., Any]
+Reference = Callable[..., dict[str, Any]]
+
+
+def rows(count: int = 200) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Fixes (t, x, y) at 2 Hz along a line, with 1 m of noise."""
+    t = 0.5 * np.arange(1, count + 1)
+    return np.column_stack([t, np.stack([2.0 * t, -t], axis=1) + np.random.default_rng(4).standard_normal((count, 2))])
+
+
+@pytest.fixture
+def reference(check: Check, logged: str, folder: Path) -> Reference:
+    """The answer of a run of the tracker on these fixes, with these steps of preprocessing and further settings."""
+
+    def run(log: Any, *preprocess: str, settings: tuple[str, ...] = ()) -> dict[str, Any]:
+        lines = [",".join("" if np.isnan(c) else repr(float(c)) for c in row) for row in log]
+        (folder / "fix.csv").write_text("\n".join(["time,x,y", *lines]) + "\n")
+        steps = "".join(f"  step{i}: {step}\n" for i, step in enumerate(preprocess))
+        config = logged + (f"preprocess:\n{steps}" if steps else "")
+        told = check(config, "--json", *[w for s in settings for w in ("--set", s)], command="run")
+        assert told.code == 0, told.err + told.out
+        answer: dict[str, Any] = json.loads(told.out)
+        return answer
+
+    return run
+
+
+def events(answer: dict[str, Any], kind: str) -> list[tuple[str, float, int]]:
+    return [(e["source"], e["time"], e["count"]) for e in answer["events"] if e["kind"] == kind]
+
+
+def told(answer: dict[str, Any], kind: str) -> str:
+    return str(next(e["text"] for e in answer["events"] if e["kind"] == kind))
+
+
+def assert_as_without(answer: dict[str, Any], less: dict[str, Any]) -> None:
+    """What a bad reading did to the estimate: nothing."""
+    for label, state in less["states"].items():
+        assert answer["states"][label]["value"] == pytest.approx(state["value"], rel=1e-9)
+        assert answer["states"][label]["sigma"] == pytest.approx(state["sigma"], rel=1e-9)
+
+
+CLIP = "{kind: clip_check, stream: fix, columns: [x], lowest: -500 m, highest: 150 m}"
+STUCK = "{kind: stuck, stream: fix, columns: [x, y], longest: 5 s}"
+
+
+def test_44_a_clipped_reference_is_flagged_and_its_readings_are_not_used(reference: Reference) -> None:
+    """The vehicle leaves the range of the x sensor at about 75 s; y goes on."""
+    log = rows()
+    clipped = log[:, 1] >= 150.0
+    shown, holed = log.copy(), log.copy()
+    shown[:, 1], holed[clipped, 1] = np.minimum(log[:, 1], 150.0), np.nan
+    answer = reference(shown, CLIP)
+    first = float(log[np.argmax(clipped), 0])
+    assert events(answer, "clipped") == [("fix", first, int(clipped.sum()))]
+    assert f"x is at the end of its range, 150, from {first:g} s" in told(answer, "clipped")
+    assert events(answer, "missing") == [("fix", first, int(clipped.sum()))]
+    assert_as_without(answer, reference(holed))
+    assert_as_without(reference(shown, CLIP.replace("lowest: -500 m, highest: 150 m", "repeated: 3")), reference(holed))
+    # Believed, the clipped readings would hold the estimate back, and sigma would not show it.
+    believed = reference(shown, CLIP.replace("}", ", then: flag}"), settings=("estimator.gate=null",))
+    assert events(believed, "clipped") == events(answer, "clipped")
+    assert believed["states"]["position[x]"]["value"] < 155.0
+    assert answer["states"]["position[x]"]["value"] == pytest.approx(
+        200.0, abs=3 * answer["states"]["position[x]"]["sigma"]
+    )
+
+
+def test_44_a_range_that_is_none_is_refused(check: Check, logged: str) -> None:
+    for setting, *says in (
+        ("{kind: clip_check, stream: fix, columns: [x]}", "nothing says where the sensor clips", "`repeated`"),
+        (CLIP.replace("-500 m", "500 m"), "`lowest` is not below `highest`"),
+        (CLIP.replace("-500 m", "-500 m/s"), "`lowest` is in m/s, `highest` in m"),
+        (
+            CLIP.replace("-500 m", "-500 m/s").replace("150 m", "150 m/s"),
+            "the column 'x' of stream 'fix' is in m/s here",
+        ),
+    ):
+        found = check(f"{logged}preprocess:\n  clip: {setting}\n")
+        assert found.code == 3
+        found.says("filter.yaml:", *says)
+
+
+def test_43_a_frozen_log_is_flagged_and_its_readings_are_not_used(reference: Reference) -> None:
+    """A receiver that goes on repeating its last solution, from 40 s to 60 s."""
+    log = rows()
+    frozen = (log[:, 0] > 40.0) & (log[:, 0] <= 60.0)
+    shown, holed = log.copy(), log.copy()
+    shown[frozen, 1:], holed[frozen, 1:] = log[79, 1:], np.nan
+    answer = reference(shown, STUCK)
+    assert events(answer, "stuck") == [("fix", 40.5, 40), ("fix", 40.5, 40)]
+    assert "without change for more than 5 s: not used" in told(answer, "stuck")
+    assert_as_without(answer, reference(holed))
+
+
+def test_a_jump_of_a_reference_is_flagged_and_left_out_and_a_heading_may_pass_north(reference: Reference) -> None:
+    """x in m here plays a heading that begins anew after 360 m: what counts is the shorter way round."""
+    limit = "{kind: jump_limit, stream: fix, columns: [x, y], rate: 5 m/s, tolerance: 10 m}"
+    log = rows()
+    shown, holed = log.copy(), log.copy()
+    shown[100:110, 2], holed[100:110, 2] = shown[100:110, 2] + 200.0, np.nan
+    answer = reference(shown, limit)
+    assert events(answer, "jump") == [("fix", 50.5, 10)]
+    assert_as_without(answer, reference(holed))
+    wrapped = log.copy()
+    wrapped[:, 1] = (log[:, 1] + 300.0) % 360.0
+    assert events(reference(wrapped, limit), "jump")[0][2] > 50
+    assert events(reference(wrapped, limit.replace("}", ", period: 360 m}")), "jump") == []
