@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,52 +23,12 @@ from estimfw.analysis.cost import (
     ud_cost,
     update_cost,
 )
+from estimfw.analysis.counted_number import Counted, Objects, Tally, counted, values_of
 from estimfw.kernels import joseph, ud
 from estimfw.plan.discretisation import Discretisation
 from estimfw.plan.lowering import Lowered
 
 Pattern = NDArray[np.int8]
-Objects = NDArray[np.object_]
-
-
-@dataclass
-class Tally:
-    products: int = 0
-
-
-class Counted:
-    """A number that writes down each product and quotient in which it takes part."""
-
-    def __init__(self, value: float, tally: Tally) -> None:
-        self.value, self.tally = value, tally
-
-    def _with(self, other: Counted, value: float, products: int = 1) -> Counted:
-        self.tally.products += products
-        return Counted(value, self.tally)
-
-    def __add__(self, other: Counted) -> Counted:
-        return self._with(other, self.value + other.value, 0)
-
-    def __sub__(self, other: Counted) -> Counted:
-        return self._with(other, self.value - other.value, 0)
-
-    def __mul__(self, other: Counted) -> Counted:
-        return self._with(other, self.value * other.value)
-
-    def __truediv__(self, other: Counted) -> Counted:
-        return self._with(other, self.value / other.value)
-
-
-def counted(values: NDArray[np.float64], tally: Tally) -> Objects:
-    made = np.empty(values.shape, dtype=object)
-    for index, value in np.ndenumerate(values):
-        made[index] = Counted(float(value), tally)
-    return made
-
-
-def values_of(numbers: Objects) -> NDArray[np.float64]:
-    flat: list[Any] = numbers.ravel().tolist()
-    return np.array([one.value for one in flat]).reshape(numbers.shape)
 
 
 def total(terms: list[Any], tally: Tally) -> Any:
