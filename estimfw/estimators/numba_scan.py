@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
 from estimfw.kernels import joseph, ud
+from estimfw.kernels.compiled_discretise import HELD_NOISE, SERIES, VAN_LOAN
 from estimfw.kernels.generated import compiled_scan_for
 from estimfw.model.nominal import BoundProvider
 from estimfw.plan.completion import completion
@@ -19,6 +20,8 @@ from estimfw.plan.plan import Plan
 __all__ = ["NumbaScan"]
 
 FloatArray = NDArray[np.float64]
+
+FORMULAS = {"series": SERIES, "van_loan": VAN_LOAN, "held_noise": HELD_NOISE}
 
 
 class NumbaScan:
@@ -89,7 +92,7 @@ class NumbaScan:
                 chunk.interval,
             ),
             self.process, self.reads, self.measurements,
-            (d.method == "van_loan", d.phi_order, d.q_order), doublings,
+            (FORMULAS[d.method], d.phi_order, d.q_order), doublings,
             (
                 self.settings.covariance == "ud", self.settings.closed_loop,
                 self.plan.steady and not self.plan.inputs,

@@ -1,6 +1,6 @@
 """Phi, Q and d as loops for numba: the same as `estimfw.kernels.discretise`, in place, no leading axes.
 
-The exact discretisation sums the Taylor series of Phi and Q (Q' = F Q + Q F' + D) until it stands still, on an interval
+The exact discretisations sum the Taylor series of Phi and Q (Q' = F Q + Q F' + D) until it stands still, on an interval
 halved until ``|F| h < 1/2``, and doubles back: the same integral as Van Loan's, by another road.
 """
 
@@ -14,10 +14,14 @@ from estimfw.kernels.compiled_products import dense_times, sparse_times, times_t
 # mypy: disable-error-code="no-untyped-def, no-untyped-call, type-arg, untyped-decorator"
 
 
+SERIES, VAN_LOAN, HELD_NOISE = range(3)
+
+
 @njit(cache=True)
-def discretise(ni, nj, F, D, b, dt, exact, phi_order, q_order, doublings, Phi, Q, d, w1, w2, w3):
+def discretise(ni, nj, F, D, b, dt, method, phi_order, q_order, doublings, Phi, Q, d, w1, w2, w3):
     """Phi, Q, d in place. F holds the values at (ni, nj); w1, w2, w3 are (n, n) work space."""
     n = Phi.shape[0]
+    exact = method != SERIES
     if exact:
         norm = 0.0
         w1[0, :] = 0.0
@@ -53,6 +57,9 @@ def discretise(ni, nj, F, D, b, dt, exact, phi_order, q_order, doublings, Phi, Q
                 w1[i, j] = w2[i, j] * (h / k)
         if not _grow(Phi, w1) and exact:
             break
+    if method == HELD_NOISE:
+        _hold(ni, nj, F, D, dt, h, phi_order, doublings, Phi, Q, d, w1, w2, w3)
+        return
     # Q
     for i in range(n):
         for j in range(n):
@@ -70,6 +77,43 @@ def discretise(ni, nj, F, D, b, dt, exact, phi_order, q_order, doublings, Phi, Q
             break
     for _ in range(doublings):
         _double(Phi, Q, d, w1, w2, w3)
+    for i in range(n):
+        for j in range(i):
+            Q[i, j] = Q[j, i] = 0.5 * (Q[i, j] + Q[j, i])
+
+
+@njit(cache=True)
+def _hold(ni, nj, F, D, dt, h, order, doublings, Phi, Q, d, w1, w2, w3):
+    """Phi and d over the whole step from those over h, and Q = Gamma (D / dt) Gamma'; Gamma stands in w3 meanwhile."""
+    n = Phi.shape[0]
+    w1[:, :] = 0.0
+    for i in range(n):
+        w1[i, i] = h
+    w3[:, :] = w1
+    for k in range(2, order + 1):
+        sparse_times(ni, nj, F, w1, w2)
+        for i in range(n):
+            for j in range(n):
+                w1[i, j] = w2[i, j] * (h / k)
+        if not _grow(w3, w1):
+            break
+    for _ in range(doublings):
+        for i in range(n):
+            w1[0, i] = d[i]
+            for j in range(n):
+                w1[0, i] += Phi[i, j] * d[j]
+        d[:] = w1[0]
+        dense_times(Phi, w3, w1)
+        for i in range(n):
+            for j in range(n):
+                w3[i, j] += w1[i, j]
+        dense_times(Phi, Phi, w1)
+        Phi[:, :] = w1
+    for i in range(n):
+        for j in range(n):
+            w1[i, j] = D[i * n + j] / dt
+    dense_times(w3, w1, w2)
+    times_transposed(w2, w3, Q)
     for i in range(n):
         for j in range(i):
             Q[i, j] = Q[j, i] = 0.5 * (Q[i, j] + Q[j, i])

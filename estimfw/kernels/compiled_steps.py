@@ -41,7 +41,7 @@ def predict(x, form, ud, row, known, dt, doublings, stale, process, method, spac
     ``row`` is the nominal, ``known`` the inputs. ``process``: (entry, constant, factors) of F, D and B, and positions of F.
     """
     Fe, Fc, Ff, De, Dc, Df, Be, Bc, Bf, ni, nj = process
-    exact, phi_order, q_order = method
+    formula, phi_order, q_order = method
     F, D, B, values, b, Phi, Q, d, w1, w2, w3, W, weight, y = space
     n = x.shape[0]
     if stale:
@@ -56,7 +56,7 @@ def predict(x, form, ud, row, known, dt, doublings, stale, process, method, spac
             for i in range(n):
                 for c in range(inputs):
                     b[i] += B[i * inputs + c] * known[c]
-        discretise(ni, nj, values, D, b, dt, exact, phi_order, q_order, doublings, Phi, Q, d, w1, w2, w3)
+        discretise(ni, nj, values, D, b, dt, formula, phi_order, q_order, doublings, Phi, Q, d, w1, w2, w3)
     for i in range(n):
         t = d[i]
         for j in range(n):

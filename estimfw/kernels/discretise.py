@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-__all__ = ["doubled", "series", "van_loan"]
+__all__ = ["doubled", "held_noise", "series", "van_loan"]
 
 FloatArray = NDArray[np.float64]
 
@@ -73,6 +73,30 @@ def series(
         term = (product + np.swapaxes(product, -1, -2)) * (h / k)
         Q = Q + term
     return doubled(Phi, Q, d[..., 0], doublings)
+
+
+def held_noise(
+    F: FloatArray, D: FloatArray, b: FloatArray, dt: FloatArray, doublings: int = 0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Exact where the noise is held constant over the step, with covariance D / dt: Q = Gamma (D / dt) Gamma^T.
+
+    Gamma = int_0^dt e^(F s) ds. A sensor that holds a reading until the next one makes such noise; white noise makes that of
+    `van_loan`. They agree to dt^2: to the third order 4, 6, 4 stand in Q here where white noise has 4, 8, 4 (times dt^3 / 24).
+    Shapes as for `van_loan`.
+    """
+    n = F.shape[-1]
+    h = np.asarray(dt, dtype=float)[..., None, None] / 2.0**doublings
+    lead = np.broadcast_shapes(F.shape[:-2], b.shape[:-1], h.shape[:-2])
+    block = np.zeros((*lead, 2 * n, 2 * n))
+    block[..., :n, :n] = F * h
+    block[..., :n, n:] = np.eye(n) * h
+    exponential = expm(block)
+    Phi, Gamma = exponential[..., :n, :n], exponential[..., :n, n:]
+    for _ in range(doublings):
+        Gamma = Phi @ Gamma + Gamma
+        Phi = Phi @ Phi
+    Q = Gamma @ D @ np.swapaxes(Gamma, -1, -2) / np.asarray(dt, dtype=float)[..., None, None]
+    return Phi, 0.5 * (Q + np.swapaxes(Q, -1, -2)), (Gamma @ b[..., None])[..., 0]
 
 
 def doubled(Phi: FloatArray, Q: FloatArray, d: FloatArray, times: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.errors import NumericalError
-from estimfw.kernels.discretise import series, van_loan
+from estimfw.kernels.discretise import held_noise, series, van_loan
 from estimfw.model.nominal import Evaluation
 
-__all__ = ["Discretisation"]
+__all__ = ["Discretisation", "Method"]
 
 FloatArray = NDArray[np.float64]
+
+Method = Literal["van_loan", "held_noise", "series"]
 
 #: Largest |eigenvalue of F| * dt of one sub-step.
 STIFF = 1.0
@@ -24,17 +26,18 @@ MOST_DOUBLINGS = 20
 
 @dataclass(frozen=True, slots=True)
 class Discretisation:
-    """Van Loan (exact) or series of chosen orders; where in the interval process terms are evaluated.
+    """Exact for white noise (Van Loan) or for noise that is held over a step, or series of chosen orders; and where in the
+    interval process terms are evaluated.
 
     Attributes
     ----------
-    method : 'van_loan' or 'series'
+    method : 'van_loan', 'held_noise' or 'series'
     phi_order, q_order : int
         Of the series: Phi to dt**phi_order, Q to dt**q_order (1: Q = D dt).
     evaluation : 'start', 'middle' or 'end'
     """
 
-    method: Literal["van_loan", "series"] = "van_loan"
+    method: Method = "van_loan"
     phi_order: int = 2
     q_order: int = 1
     evaluation: Evaluation = "middle"
@@ -64,6 +67,8 @@ class Discretisation:
         """Phi, Q (..., n, n) and d (..., n); see `estimfw.kernels.discretise`."""
         if self.method == "van_loan":
             return van_loan(F, D, b, dt, doublings)
+        if self.method == "held_noise":
+            return held_noise(F, D, b, dt, doublings)
         return series(F, D, b, dt, self.phi_order, self.q_order, doublings)
 
     def describe(self) -> str:
@@ -71,4 +76,6 @@ class Discretisation:
         where = f"process terms at the {self.evaluation} of the interval"
         if self.method == "van_loan":
             return f"Van Loan, {where}"
+        if self.method == "held_noise":
+            return f"exact for noise held over each step, {where}"
         return f"series, Phi to order {self.phi_order} and Q to order {self.q_order}, {where}"

@@ -77,7 +77,7 @@ class Chart:
 
     ``key`` is unique in a report and fit for a file name, ``section`` the part of the report it belongs to, ``note`` a
     sentence below the title. A map has in ``across`` what goes to the right in place of time (``east, m``), and both axes
-    to one scale.
+    to one scale; ``over`` is what goes to the right on a logarithmic axis in place of time (``step, s``).
     """
 
     key: str
@@ -88,11 +88,12 @@ class Chart:
     note: str = ""
     span: tuple[float, float] | None = None
     across: str = ""
+    over: str = ""
 
     @property
     def horizontal(self) -> str:
         """Title of the horizontal axis."""
-        return self.across or f"time, {self.time_unit}"
+        return self.across or self.over or f"time, {self.time_unit}"
 
 
 def thinned(time: FloatArray, columns: tuple[FloatArray, ...], limit: int) -> tuple[FloatArray, tuple[FloatArray, ...]]:

@@ -93,6 +93,9 @@ def draw(chart: Chart) -> Figure:
     all_axes[-1].set_xlabel(chart.horizontal)
     if chart.across:
         all_axes[-1].set_aspect("equal", adjustable="datalim")
+    if chart.over:
+        all_axes[-1].set_xscale("log")
+        all_axes[-1].xaxis.set_major_formatter(LogLabels())
     if chart.span:
         all_axes[-1].set_xlim(*chart.span)
     _place(all_axes, row, head, height)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from estimfw.data.record import Event
 from estimfw.model.model import Model
+from estimfw.run.indefinite_noise import INDEFINITE_NOISE
 from estimfw.run.summary import events_of, measurement_summaries
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def cautions(dataset: xr.Dataset) -> list[str]:
 
     It shows a contradiction where there is one to see. That it is empty proves nothing: what no measurement sees can be wrong.
     """
-    told = [event.text for event in events_of(dataset) if event.kind == IMPLAUSIBLE]
+    told = [event.text for event in events_of(dataset) if event.kind in (IMPLAUSIBLE, INDEFINITE_NOISE)]
     large = [
         (m.nis_mean / m.freedom, m)
         for m in measurement_summaries(dataset)

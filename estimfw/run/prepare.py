@@ -22,6 +22,7 @@ from estimfw.registry.contract import plugin_code
 from estimfw.run.found_start import with_found_covariance
 from estimfw.run.guard import GuardedProvider, check_findings
 from estimfw.run.held_inputs import missing_readings, recorded_inputs
+from estimfw.run.indefinite_noise import indefinite_noise
 from estimfw.run.kernel_choice import Scan, chosen_scan, slow_kernel_events
 from estimfw.run.member_starts import MemberStart, member_starts
 
@@ -89,7 +90,16 @@ def prepare(problem: Problem, record: Record) -> Prepared:
     missing = missing_readings(problem.plan.inputs, inputs, steps.start)
     first, *others = begin(problem, bound, start, steps)
     slow = slow_kernel_events(problem, bound, len(steps))
-    events = (*record.events, *start.events, *(e for f in found for e in f.events), *steps.events, *missing, *slow)
+    noise = indefinite_noise(problem.plan, first.state.row, steps.dt, first.scan.doublings)
+    events = (
+        *record.events,
+        *start.events,
+        *(e for f in found for e in f.events),
+        *steps.events,
+        *missing,
+        *slow,
+        *noise,
+    )
     common = partial(
         Prepared,
         problem=problem,

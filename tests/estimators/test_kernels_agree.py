@@ -27,6 +27,7 @@ CASES = {
     "tracker, Joseph": ("tracker", ("estimator.covariance=joseph",)),
     "tracker, restarted": ("tracker", ("estimator.restarts=[30.3 s, 60 s]",)),
     "thermal": ("thermal", ()),
+    "thermal, held noise": ("thermal", ("estimator.discretisation.method=held_noise",)),
     "static 12, open": ("static_12", ()),
     "static 12, open, exact, Joseph": (
         "static_12",

@@ -13,7 +13,7 @@ from scipy.integrate import quad_vec
 from scipy.linalg import expm
 
 from estimfw.errors import NumericalError
-from estimfw.kernels.discretise import series, van_loan
+from estimfw.kernels.discretise import held_noise, series, van_loan
 from estimfw.plan.discretisation import MOST_DOUBLINGS, Discretisation
 
 FloatArray = NDArray[np.float64]
@@ -46,6 +46,19 @@ def test_van_loan_is_the_integral(seed: int, n: int, dt: float, doublings: int) 
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
+@settings(max_examples=15)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 5), dt=st.floats(0.01, 2.0), doublings=st.integers(0, 3))
+def test_held_noise_is_what_a_constant_rate_of_that_covariance_brings(
+    seed: int, n: int, dt: float, doublings: int
+) -> None:
+    """x' = F x + w with w constant ends at (integral of Phi) w."""
+    F, D, b = system(seed, n)
+    Gamma, _ = quad_vec(lambda s: expm(F * s), 0.0, dt, epsabs=1e-13, epsrel=1e-12)
+    found = held_noise(F, D, b, np.array(dt), doublings)
+    for made, expected in zip(found, (expm(F * dt), Gamma @ D @ Gamma.T / dt, Gamma @ b), strict=True):
+        np.testing.assert_allclose(made, expected, rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
 def test_a_series_of_order_k_is_wrong_by_dt_to_the_k_plus_one(seed: int, order: int) -> None:
@@ -72,7 +85,7 @@ def test_leading_axes_of_time_and_dynamics_broadcast() -> None:
     F, D, b = (np.stack(part) for part in zip(*systems, strict=True))
     dt = np.array([0.1, 0.4])
     exact, truncated = partial(van_loan, doublings=1), partial(series, phi_order=3, q_order=2, doublings=1)
-    for method in (exact, truncated):
+    for method in (exact, truncated, partial(held_noise, doublings=1)):
         together = method(F, D, b, dt)
         for i in range(2):
             for found, alone in zip(together, method(*systems[i], dt[i]), strict=True):

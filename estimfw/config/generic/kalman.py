@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from estimfw.config.types import Number, Settings, positive_quantity
-from estimfw.plan.discretisation import Discretisation
+from estimfw.plan.discretisation import Discretisation, Method
 
 __all__ = ["DiscretisationConfig", "KalmanConfig", "RecursionConfig", "discretisation"]
 
@@ -15,9 +15,12 @@ Probability = Annotated[Number, Field(gt=0.0, lt=1.0, description="such as 0.999
 
 
 class DiscretisationConfig(Settings):
-    """Van Loan (exact), or series: Phi to dt**phi_order, Q to dt**q_order (1: Q = D dt)."""
+    """Van Loan (exact for white noise), held_noise (exact for noise that is constant over each step), or series: Phi to
+    dt**phi_order, Q to dt**q_order (1: Q = D dt)."""
 
-    method: Annotated[Literal["van_loan", "series"], Field(description="exact, or a series in dt")] = "van_loan"
+    method: Annotated[
+        Method, Field(description="exact for white noise, exact for noise held over each step, or a series in dt")
+    ] = "van_loan"
     phi_order: Annotated[int, Strict(), Field(ge=1, le=12, description="of the series: Phi up to dt to this power")] = 2
     q_order: Annotated[int, Strict(), Field(ge=1, le=12, description="of the series: Q up to dt to this power")] = 1
     evaluation: Annotated[
