@@ -53,7 +53,11 @@ def test_held_noise_is_what_a_constant_rate_of_that_covariance_brings(
 ) -> None:
     """x' = F x + w with w constant ends at (integral of Phi) w."""
     F, D, b = system(seed, n)
-    Gamma, _ = quad_vec(lambda s: expm(F * s), 0.0, dt, epsabs=1e-13, epsrel=1e-12)
+
+    def transition(s: float, /) -> FloatArray:
+        return np.asarray(expm(F * s))
+
+    Gamma = np.asarray(quad_vec(transition, 0.0, dt, epsabs=1e-13, epsrel=1e-12)[0])
     found = held_noise(F, D, b, np.array(dt), doublings)
     for made, expected in zip(found, (expm(F * dt), Gamma @ D @ Gamma.T / dt, Gamma @ b), strict=True):
         np.testing.assert_allclose(made, expected, rtol=1e-9, atol=1e-9)
