@@ -47,6 +47,7 @@ class NumbaScan:
         self.params = provider.params if provider is not None else np.zeros(1)
         self.process, self.reads = self._process(), self._reads()
         self.measurements = self._measurements()
+        self.watched = np.array(plan.watched, dtype=np.int64)
         self.correction = (
             *plan.correction.tables(),
             np.array(plan.corrected, dtype=np.bool_),
@@ -94,8 +95,7 @@ class NumbaScan:
             self.process, self.reads, self.measurements,
             (FORMULAS[d.method], d.phi_order, d.q_order), doublings,
             (
-                self.settings.covariance == "ud", self.settings.closed_loop,
-                self.plan.steady and not self.plan.inputs,
+                self.settings.covariance == "ud", self.settings.closed_loop, self.watched,
             ),
             self.prior, self.correction,
             (

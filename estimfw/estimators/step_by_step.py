@@ -20,7 +20,7 @@ __all__ = ["StepByStep"]
 
 FloatArray = NDArray[np.float64]
 
-#: Matrices that are kept for steps of one length and input; a measured input rarely has one value twice.
+#: Matrices that are kept for steps of one length, nominal and input; a measured input rarely has one value twice.
 MOST_TABLES = 1_000
 
 
@@ -54,7 +54,8 @@ class StepByStep(ABC):
         self.mean, self.form = prior[0], kernel.factor(prior[1])
         self.offsets = row_offsets(plan)
         self.thresholds = [plan.thresholds(m) for m in plan.measurements]
-        self.steady = plan.steady
+        self.watched = np.array(plan.watched, dtype=np.int64)
+        self.most_tables = 1 if plan.pace == "varying" else MOST_TABLES
         self.inside = frozenset(d.name for d in derived_in_loop(plan))
         self.corrected = np.array(plan.corrected, dtype=bool)
         self.tables: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
@@ -77,14 +78,16 @@ class StepByStep(ABC):
     def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState: ...
 
     def _tables(self, row: FloatArray, u: FloatArray, dt: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        key = (dt, u.tobytes())
-        if self.steady and key in self.tables:
+        """Phi, Q and d; made once for all steps in which nothing differs that they depend on."""
+        key = (dt, u.tobytes() + row[self.watched].tobytes())
+        if key in self.tables:
             return self.tables[key]
         made = self.plan.discretised(row, u, np.array(dt), self.doublings(dt))
         if not np.all(np.isfinite(made[0])):
             raise NumericalError("the transition matrix is not finite", hint="the dynamics are too stiff for the step")
-        if self.steady and len(self.tables) < MOST_TABLES:
-            self.tables[key] = made
+        if len(self.tables) >= self.most_tables:
+            self.tables.pop(next(iter(self.tables)))
+        self.tables[key] = made
         return made
 
     def _complete(self, rows: FloatArray) -> FloatArray:

@@ -42,10 +42,11 @@ def scan(
     ``row``: the nominal before the chunk, and at its end; derived variables and work space stand behind what is provided.
     ``chunk``: samples, dt, restart, inputs, readings, due, interval. ``process`` and ``reads``: see `predict` and `fuse_due`.
     ``measurements``: offsets, R (rows, most rows), density, sign, thresholds, gated. ``method``: formula, orders of Phi and Q.
-    ``options``: ud, closed loop, steady. ``correction``: (entry, constant, factors) of it, which states it takes, its rows.
+    ``options``: ud, closed loop, the places in ``row`` that Phi, Q and d depend on. ``correction``: (entry, constant, factors)
+    of it, which states it takes, its rows.
     """
     samples, dts, restart, inputs, readings, due, interval = chunk
-    ud, closed, steady = options
+    ud, closed, watched = options
     x0, form0 = prior
     estimates, covariances, rows_out, providers, innovations, sigmas, nises, dispositions, useds, log_dets = out
     n, offsets, R = x.shape[0], measurements[0], measurements[1]
@@ -57,7 +58,8 @@ def scan(
     process_row = row.copy()
     predicting = prediction_space(n, inputs.shape[1], process[-1].shape[0])
     fusing = fusion_space(n, offsets[-1], max(1, R.shape[1]))
-    last_dt = -1.0
+    last_dt, last_row, last_inputs = -1.0, np.zeros(watched.shape[0]), np.zeros(inputs.shape[1])
+    every_input = np.arange(inputs.shape[1])
     for k in range(dts.shape[0]):
         if restart[k]:
             if correcting:
@@ -69,7 +71,9 @@ def scan(
         complete_end(row)
         dt = dts[k]
         if dt > 0.0:
-            stale = not steady or dt != last_dt
+            moved = _moved(process_row, watched, last_row)
+            driven = _moved(inputs[k], every_input, last_inputs)
+            stale = dt != last_dt or moved or driven
             if stale:
                 complete_process(process_row)
             predict(x, form, ud, process_row, inputs[k], dt, doublings[k], stale, process, method, predicting)
@@ -102,3 +106,14 @@ def _estimate(x, correction, row, C, delta):
         delta[i] = 0.0
         for j in range(n):
             delta[i] += C[i * n + j] * x[j]
+
+
+@njit(cache=True)
+def _moved(values, places, last):
+    """Whether the values at these places are other ones than the last, which they become."""
+    moved = False
+    for i in range(places.shape[0]):
+        if values[places[i]] != last[i]:
+            last[i] = values[places[i]]
+            moved = True
+    return moved

@@ -31,8 +31,10 @@ __all__ = [
     "NominalVariable",
     "Operation",
     "ProviderSettings",
+    "ScheduledProvider",
     "Share",
     "TermMirror",
+    "changing_at",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -204,10 +206,20 @@ class BoundProvider(Protocol):
     def correct(self, state: FloatArray, delta: FloatArray) -> FloatArray: ...
 
 
+class ScheduledProvider(BoundProvider, Protocol):
+    """A bound provider that time alone drives: samples come of intervals, not of a stream."""
+
+    def samples_between(self, begin: FloatArray, end: FloatArray) -> FloatArray:
+        """Samples (steps, n_sample) for intervals from begin (steps,) to end (steps,), s."""
+        ...
+
+
 class NominalProvider(Protocol):
     """A provider as configured, before any data: hashable by its settings, picklable.
 
-    ``stream`` is what drives it, with ``columns`` in the order in which a streaming session takes them. One that computes what
+    ``stream`` is what drives it, with ``columns`` in the order in which a streaming session takes them. None: nothing does, and
+    ``bind`` returns None; or time alone does, and ``bind`` returns a `ScheduledProvider`. Such a one may have ``instants``, a
+    tuple of s at which its rows change: they are ends of steps, see `changing_at`. One that computes what
     is wanted by itself brings ``outputs`` too, a tuple of `estimfw.model.parts.Output` over its nominal row: the result of a
     determination (``estimator: {kind: determination}``), which has no states.
     """
@@ -237,7 +249,12 @@ class NominalProvider(Protocol):
         """
         ...
 
-    def bind(self, settings: ProviderSettings) -> BoundProvider: ...
+    def bind(self, settings: ProviderSettings) -> BoundProvider | None: ...
+
+
+def changing_at(provider: object) -> tuple[float, ...]:
+    """The instants (s) at which a provider says that its rows change; none where it does not say so."""
+    return tuple(float(t) for t in getattr(provider, "instants", ()))
 
 
 DerivedFunction = Callable[..., Any]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,12 @@ from estimfw.plan.correction import correction
 from estimfw.plan.discretisation import Discretisation
 from estimfw.plan.layout import NominalLayout
 from estimfw.plan.lowering import Lowered, lower
+from estimfw.plan.watched import watched
 
 __all__ = ["MeasurementPlan", "Plan", "make_plan", "varying"]
 
 FloatArray = NDArray[np.float64]
+Pace = Literal["constant", "stepped", "varying"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +92,21 @@ class Plan:
         return not self.varying
 
     @property
+    def pace(self) -> Pace:
+        """How often Phi and Q change between steps of one length: never, at times, or always; what is measured may vary."""
+        measured = {f"measurement {m.name}" for m in self.measurements}
+        changes = {change for what, _, change in self.varying if what not in measured}
+        return "varying" if "varying" in changes else "stepped" if changes else "constant"
+
+    @property
     def steady(self) -> bool:
         """Whether Phi and Q are the same at every step of one length; what is measured may vary."""
-        measured = {f"measurement {m.name}" for m in self.measurements}
-        return all(what in measured for what, _, _ in self.varying)
+        return self.pace == "constant"
+
+    @property
+    def watched(self) -> tuple[int, ...]:
+        """Positions in the provided part of a row: while these stay, and length of step and inputs, so do Phi, Q and d."""
+        return watched(self.layout, (self.F, self.D, self.B))
 
     @property
     def corrected(self) -> tuple[bool, ...]:
@@ -135,7 +148,7 @@ class Plan:
     def transitions(
         self, rows: FloatArray, inputs: FloatArray, dt: FloatArray, doublings: Callable[[float], int]
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Phi, Q (K, n, n) and d (K, n) of K steps at once; those of a time-invariant plan are made once a length and input.
+        """Phi, Q (K, n, n) and d (K, n) of K steps at once; unless they change at every step, equal ones are made once.
 
         Parameters
         ----------
@@ -151,17 +164,19 @@ class Plan:
         Phi, Q, d = np.broadcast_to(np.eye(n), (steps, n, n)).copy(), np.zeros((steps, n, n)), np.zeros((steps, n))
         for length in np.unique(dt[dt > 0.0]):
             own = np.flatnonzero(dt == length)
-            if self.time_invariant:
-                u, which = np.unique(inputs[own], axis=0, return_inverse=True)
-                a, q, b = self.discretised(rows[own[0]], u, np.array(length), doublings(float(length)))
-                each = which.ravel()
-                Phi[own], Q[own] = (np.broadcast_to(m, (len(u), n, n))[each] for m in (a, q))
-                d[own] = np.broadcast_to(b, (len(u), n))[each]
-            else:
-                Phi[own], Q[own], d[own] = self.discretised(
-                    rows[own], inputs[own], np.array(length), doublings(float(length))
-                )
+            first, each = self._unlike(rows[own], inputs[own])
+            made = self.discretised(rows[own[first]], inputs[own[first]], np.array(length), doublings(float(length)))
+            Phi[own], Q[own], d[own] = (m[each] for m in made)
         return Phi, Q, d
+
+    def _unlike(self, rows: FloatArray, inputs: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Steps of one length whose matrices may differ, and for each step which of these it is like."""
+        if self.pace == "varying":
+            every = np.arange(len(rows))
+            return every, every
+        seen = np.hstack([rows[:, list(self.watched)], inputs])
+        _, first, each = np.unique(seen, axis=0, return_index=True, return_inverse=True)
+        return first, each.ravel()
 
     def design(self, rows: FloatArray) -> FloatArray:
         """H (..., all rows of all measurements one behind the other, n) for complete nominal rows (..., size) at a step's end."""

@@ -79,6 +79,17 @@ class GuardedProvider:
         with plugin_code(self.owner, f"samples() of nominal {self.kind!r}"):
             return self.inner.samples(stream, rows)
 
+    def samples_between(self, begin: FloatArray, end: FloatArray) -> FloatArray:
+        """Of a provider that time alone drives; remembers the ends of the steps."""
+        self.times, self.done = end, 0
+        with plugin_code(self.owner, f"samples_between() of nominal {self.kind!r}"):
+            samples = self.inner.samples_between(begin, end)  # type: ignore[attr-defined]
+        shape = (*np.shape(end), self.n_sample)
+        if np.shape(samples) != shape:
+            what = f"samples_between() of nominal {self.kind!r}"
+            raise broken(self.owner, what, f"made samples {np.shape(samples)}, {shape} is due")
+        return np.asarray(samples, dtype=float)
+
     def step(self, state: FloatArray, sample: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         self.done += 1
         with plugin_code(self.owner, f"step() of nominal {self.kind!r}{self._when()}"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from estimfw.config.compose import Problem
 from estimfw.data.record import SAME, Event, Findings, Record
 from estimfw.data.timeline import Steps, Wanted, driven_steps, merged_steps
-from estimfw.errors import DataError
+from estimfw.errors import DataError, PluginError
 from estimfw.estimators.scan import Chunk, FilterState, SubSteps, row_offsets
-from estimfw.model.nominal import BoundProvider, InitialNominal
+from estimfw.model.nominal import BoundProvider, InitialNominal, ScheduledProvider, changing_at
 from estimfw.plan.inputs import InputValues, inputs_at
 from estimfw.plan.plan import Plan
 from estimfw.policies.quotient import refuse_inexact
@@ -26,7 +26,7 @@ from estimfw.run.indefinite_noise import indefinite_noise
 from estimfw.run.kernel_choice import Scan, chosen_scan, slow_kernel_events
 from estimfw.run.member_starts import MemberStart, member_starts
 
-__all__ = ["Begun", "Prepared", "begin", "make_chunk", "prepare"]
+__all__ = ["Begun", "Prepared", "begin", "make_chunk", "prepare", "timed_samples"]
 
 FloatArray = NDArray[np.float64]
 
@@ -145,7 +145,7 @@ def _timeline(
     restarts = [*problem.estimator.restarts, *(t for f in found for t in f.restarts)]
     driver = problem.provider.stream
     if driver is None:
-        instants = [float(t) for values in inputs for t in values.time]
+        instants = [*(float(t) for values in inputs for t in values.time), *changing_at(problem.provider)]
         return merged_steps(record.streams, wanted, instants=instants, start=start.time, restarts=restarts)
     if driver not in record.streams:
         raise DataError(
@@ -194,7 +194,11 @@ def _begun(
 ) -> Begun:
     """``first``: the scan of the first member, of which the others are like; ``work``: steps of all members."""
     plan, start = problem.plan, one.start
-    row = bound.initial_row(start) if bound is not None else plan.layout.pack({**problem.reference, **start.values})
+    row = (
+        bound.initial_row(replace(start, time=steps.start))
+        if bound is not None
+        else plan.layout.pack({**problem.reference, **start.values})
+    )
     nominal = plan.layout.unpack(plan.layout.complete(row))
     refuse_inexact(problem.model, nominal)
     mean, covariance = plan.prior.evaluate(nominal)
@@ -219,14 +223,31 @@ def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:
     """Inputs of steps ``first`` up to (not including) ``last``; samples and readings have the leading axes of the streams."""
     steps = prepared.steps
     own = slice(first, last)
-    if prepared.bound is not None:
-        stream = prepared.record.streams[str(prepared.problem.provider.stream)]
-        samples = prepared.bound.samples(stream, steps.rows[first : last + 1])
+    begin, driver = steps.time[own] - steps.dt[own], prepared.problem.provider.stream
+    if driver is not None and prepared.bound is not None:
+        samples = prepared.bound.samples(prepared.record.streams[driver], steps.rows[first : last + 1])
     else:
-        samples = np.zeros((last - first, 1))
-    begin = steps.time[own] - steps.dt[own]
+        samples = timed_samples(prepared.bound, begin, steps.time[own])
     readings, due, interval = _readings(prepared, own)
     return Chunk(samples, steps.dt[own], steps.restart[own], inputs_at(prepared.inputs, begin), readings, due, interval)
+
+
+def timed_samples(bound: BoundProvider | None, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Samples of a provider that no stream drives, for intervals from begin (K,) to end (K,), s; without one a column of zeros.
+
+    Raises
+    ------
+    PluginError
+        It says neither that a stream drives it nor what happens over time.
+    """
+    if bound is None:
+        return np.zeros((len(end), 1))
+    if not hasattr(bound, "samples_between"):
+        raise PluginError(
+            "the nominal provider names no stream that drives it, and has no `samples_between(begin, end)`",
+            hint="one that time alone drives needs it; of one that nothing drives, bind() returns None",
+        )
+    return cast(ScheduledProvider, bound).samples_between(begin, end)
 
 
 def _readings(prepared: Prepared, own: slice) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:

@@ -20,11 +20,11 @@ from estimfw.errors import DataError, UsageError
 from estimfw.estimators.bank import judge, reported, weights
 from estimfw.estimators.scan import Chunk, ChunkResult, refuse_lost, row_offsets
 from estimfw.kernels.fuse import LATE, MEANINGS
-from estimfw.model.nominal import InitialNominal
+from estimfw.model.nominal import InitialNominal, changing_at
 from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.outputs import output_values
-from estimfw.run.prepare import begin
+from estimfw.run.prepare import begin, timed_samples
 from estimfw.run.waiting_rows import DueRow, WaitingRows
 
 __all__ = ["Estimate", "Session"]
@@ -172,7 +172,7 @@ class Session:
         DataError
             Time does not advance, or the row is not finite or not complete.
         """
-        if self._bound is None:
+        if self._bound is None or self._provider.stream is None:
             raise UsageError("this model has no driving stream", hint="use advance(time)")
         row, columns = np.asarray(sample, dtype=float), self._provider.columns
         if row.shape != (len(columns),) or not np.all(np.isfinite(row)):
@@ -187,8 +187,9 @@ class Session:
             return None
         dt = self._length(time - self.time)
         period = dt / len(self._samples)
-        driver = str(self._provider.stream)
-        stream = Stream(driver, np.array(self._stamps), np.array(self._samples), columns, "increment", period)
+        stream = Stream(
+            self._provider.stream, np.array(self._stamps), np.array(self._samples), columns, "increment", period
+        )
         samples = self._bound.samples(stream, np.array([0, len(self._samples)]))
         self._samples.clear()
         self._stamps.clear()
@@ -198,7 +199,7 @@ class Session:
         """Go to an instant, for a model without a driving stream.
 
         There is a step for each instant on the way at which something happens: a row, a pseudo-measurement, a restart, or a
-        known input that changes.
+        known input or a nominal that changes.
 
         Raises
         ------
@@ -207,7 +208,7 @@ class Session:
         DataError
             Time does not advance.
         """
-        if self._bound is not None:
+        if self._provider.stream is not None:
             raise UsageError("this model is driven by a stream", hint="use push(time, sample)")
         if self._last is not None:
             self._refuse_back(time, self.time)
@@ -216,7 +217,8 @@ class Session:
         estimate = None
         for instant in self._instants(time):
             dt = self._length(instant - self.time) if instant - self.time > SAME else 0.0
-            estimate = self._step(instant, dt, np.zeros((1, 1)))
+            samples = timed_samples(self._bound, np.array([instant - dt]), np.array([instant]))
+            estimate = self._step(instant, dt, samples)
         assert estimate is not None
         return estimate
 
@@ -228,7 +230,7 @@ class Session:
     def _instants(self, time: float) -> list[float]:
         """Ends of the steps up to a time, the time itself included."""
         rows = [max(t, self.time) for t in self._rows.instants(time)]
-        ahead = [*self._restarts, *self._inputs.instants]
+        ahead = [*self._restarts, *self._inputs.instants, *changing_at(self._provider)]
         for every in {m.every for m in self._plan.measurements if m.every is not None}:
             done = int(np.floor((self.time - self._begin) / every + 1e-6))
             last = int(np.floor((time - self._begin) / every + 1e-9))

@@ -47,6 +47,7 @@ def core_components() -> list[Component]:
             "delete what cannot be determined",
         ),
         Component("nominal", "constant", nominal.ConstantNominalConfig, nominal.constant_nominal, "named constants"),
+        Component("nominal", "stepped", nominal.SteppedNominalConfig, nominal.stepped_nominal, "named constants by step"),
         Component(
             "source", "simulate_model", simulate_model.SimulateModelConfig, simulate_model.simulate_model,
             "the model itself, simulated",
