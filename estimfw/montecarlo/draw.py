@@ -27,7 +27,7 @@ from estimfw.errors import ConfigError, PluginError
 from estimfw.kernels import ud
 from estimfw.model.frame import rotation
 from estimfw.registry.contract import broken, plugin_code
-from estimfw.run.load import simulated
+from estimfw.run.load import along_schedule, simulated
 from estimfw.run.preprocess import preprocessed
 
 __all__ = ["draw_runs", "drawn_record", "refuse_without_draws", "source_draws"]
@@ -64,7 +64,7 @@ def source_draws(problem: Problem, seed: int, runs: Sequence[int]) -> Draws:
     try:
         with plugin_code(owner, "drawn_many() of source"):
             if hasattr(problem.source, "drawn_many_for"):
-                made = problem.source.drawn_many_for(*simulated(problem), seeds, start)
+                made = along_schedule(problem.source, problem).drawn_many_for(*simulated(problem), seeds, start)
             else:
                 made = problem.source.drawn_many(seeds, start)
     except (ConfigError, PluginError) as error:

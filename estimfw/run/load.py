@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 from estimfw.config.compose import Problem
 from estimfw.data.record import Record, Stream
 from estimfw.errors import ConfigError, PluginError
+from estimfw.model.nominal import ScheduledProvider, changing_at
+from estimfw.plan.over_time import RowsOverTime
 from estimfw.plan.plan import Plan
 from estimfw.registry.contract import plugin_code
 from estimfw.run.guard import check_record
 from estimfw.run.preprocess import preprocessed
 
-__all__ = ["load_record", "simulated", "source_record"]
+__all__ = ["along_schedule", "load_record", "simulated", "source_record"]
 
 FloatArray = NDArray[np.float64]
 
@@ -59,6 +61,7 @@ def source_record(problem: Problem) -> Record:
 
 def _loaded(source: Any, problem: Problem, path: tuple[str, ...]) -> Record:
     """The record of one source, which stands at ``path``; one that has to know the plan gets to see it."""
+    source = along_schedule(source, problem)
     owner, what = problem.owners.get(".".join(path)), "source" if len(path) == 1 else f"source {'.'.join(path)!r}"
     try:
         with plugin_code(owner, f"load() of {what}"):
@@ -88,6 +91,15 @@ def simulated(problem: Problem) -> tuple[Plan, FloatArray]:
     """
     plan = problem.plan if problem.truth is None else problem.truth.plan.plan
     return plan, plan.layout.complete(plan.layout.pack(problem.reference))
+
+
+def along_schedule(source: Any, problem: Problem) -> Any:
+    """A source that simulates the model (it has ``along``), told what the nominal is over time; others as they are."""
+    bound = problem.provider.bind(problem.settings) if hasattr(source, "along") else None
+    if bound is None or problem.provider.stream is not None or bound.n_state:
+        return source
+    layout = simulated(problem)[0].layout
+    return source.along(RowsOverTime(changing_at(problem.provider), cast(ScheduledProvider, bound), layout))
 
 
 def _joined(record: Record, name: str, added: Record, problem: Problem) -> Record:

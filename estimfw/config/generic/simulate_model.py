@@ -1,4 +1,4 @@
-"""A source for any model without a moving nominal: the model itself, simulated."""
+"""A source for any model whose nominal no stream moves: the model itself, simulated."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from estimfw.errors import ConfigError, NumericalError
 from estimfw.kernels import ud
 from estimfw.model.nominal import InitialNominal
 from estimfw.plan.inputs import input_values, inputs_at
+from estimfw.plan.over_time import RowsOverTime
 from estimfw.plan.plan import MeasurementPlan, Plan
 from estimfw.spelling import did_you_mean
 
@@ -46,13 +47,18 @@ class SimulateModelConfig(Settings):
 
 @dataclass(frozen=True, slots=True)
 class ModelSimulation:
-    """x <- Phi x + d + w, z = H x + v for a plan whose nominal is constant."""
+    """x <- Phi x + d + w, z = H x + v for a plan whose nominal is constant, or follows a schedule (`along`)."""
 
     cfg: SimulateModelConfig
+    schedule: RowsOverTime | None = None
 
     @property
     def seed(self) -> int:
         return self.cfg.seed
+
+    def along(self, schedule: RowsOverTime) -> ModelSimulation:
+        """The same, of a nominal that changes over time."""
+        return replace(self, schedule=schedule)
 
     def load_for(self, plan: Plan, row: FloatArray) -> Record:
         """The record of one run, of ``seed``; parameters and faults as `drawn_many_for`."""
@@ -68,7 +74,7 @@ class ModelSimulation:
         ----------
         plan : Plan
         row : (size,) array
-            The nominal, constant.
+            The nominal; where it follows a schedule, that at the start.
         seeds : sequence of R SeedSequence
         start : mapping
             Not used.
@@ -95,13 +101,14 @@ class ModelSimulation:
         process, reading = ([np.random.default_rng(two[k]) for two in children] for k in range(2))
         times = {m.name: self._times(m) for m in plan.measurements}
         steps = self._steps(plan, times)
+        rows, ends = self._rows(row, steps)
         with np.errstate(over="ignore", invalid="ignore"):
-            states = self._states(plan, row, steps, process)
+            states = self._states(plan, rows, steps, process)
         _refuse_infinite(states, plan, steps)
         streams = {}
         for m in plan.measurements:
-            at = states[:, np.searchsorted(steps.time, times[m.name] - SAME)]
-            streams[str(m.stream)] = self._stream(m, row, times[m.name], at, reading)
+            at = np.searchsorted(steps.time, times[m.name] - SAME)
+            streams[str(m.stream)] = self._stream(m, ends[at], times[m.name], states[:, at], reading)
         truth = {f"state:{label}": states[:, :, i] for i, label in enumerate(plan.states)}
         initial = {"time": np.zeros(len(seeds))}
         return Draws(Record(streams, initial=initial, attributes={"source": "simulate_model"}), steps.time, truth)
@@ -120,24 +127,32 @@ class ModelSimulation:
         streams = {n: Stream(n, t, np.zeros((t.size, 1)), ("z",)) for n, t in times.items()}
         wanted = [Wanted(n, n) for n in times]
         instants = [t for known in plan.inputs for t in known.times if 0.0 < t < self.cfg.duration]
+        instants += [t for t in (self.schedule.instants if self.schedule else ()) if 0.0 < t < self.cfg.duration]
         return merged_steps(streams, wanted, instants=instants, start=0.0)
 
+    def _rows(self, row: FloatArray, steps: Steps) -> tuple[FloatArray, FloatArray]:
+        """Process rows and end rows (K, size)."""
+        if self.schedule is not None:
+            return self.schedule.between(steps.time - steps.dt, steps.time)
+        alike = np.broadcast_to(row, (len(steps), row.size))
+        return alike, alike
+
     def _states(
-        self, plan: Plan, row: FloatArray, steps: Steps, generators: Sequence[np.random.Generator]
+        self, plan: Plan, rows: FloatArray, steps: Steps, generators: Sequence[np.random.Generator]
     ) -> FloatArray:
-        """States (R, K, n) at the ends of the steps."""
-        mean, covariance = plan.prior.evaluate(plan.layout.unpack(row))
+        """States (R, K, n) at the ends of the steps, for process rows (K, size)."""
+        mean, covariance = plan.prior.evaluate(plan.layout.unpack(rows[0]))
         shape = (len(steps) + 1, len(mean))
         normal = np.stack([rng.standard_normal(shape) for rng in generators]) * self.cfg.noise
         x = mean + _times(_factor(covariance), normal[:, 0])
-        F = plan.F.evaluate(row)
+        F, watched = plan.F.evaluate(rows[0]), list(plan.watched)
         states = np.empty((len(generators), len(steps), len(mean)))
         begin = np.concatenate([[steps.start], steps.time[:-1]])
         known = inputs_at([input_values(i, {}) for i in plan.inputs], begin)
         made: dict[tuple[float, bytes], tuple[FloatArray, FloatArray, FloatArray]] = {}
         for k, dt in enumerate(steps.dt):
-            u = known[k]
-            key = (float(dt), u.tobytes())
+            u, row = known[k], rows[k]
+            key = (float(dt), u.tobytes() + row[watched].tobytes())
             if key not in made:
                 Phi, Q, d = plan.discretised(row, u, np.array(dt), plan.discretisation.doublings(F, float(dt)))
                 made[key] = Phi, _factor(Q), d
@@ -149,16 +164,16 @@ class ModelSimulation:
     def _stream(
         self,
         m: MeasurementPlan,
-        row: FloatArray,
+        rows: FloatArray,
         time: FloatArray,
         states: FloatArray,
         generators: Sequence[np.random.Generator],
     ) -> Stream:
-        H, R = m.H.evaluate(row), np.array(m.R)
+        H, R = m.H.evaluate(rows), np.array(m.R)
         period = float(time[0]) if time.size else 1.0
         normal = np.stack([rng.standard_normal((time.size, m.rows)) for rng in generators]) * self.cfg.noise
         noise = _times(_factor(R / (period if m.density else 1.0)), normal)
-        z = _times(H, states) + noise - m.innovation.evaluate(row)[:, 0]
+        z = np.einsum("kij,rkj->rki", H, states) + noise - m.innovation.evaluate(rows)[..., 0]
         return Stream(str(m.stream), time, m.sign * z, m.columns, "sample", period)
 
 

@@ -84,10 +84,7 @@ class SteppedNominal:
                     f"nominal {kind}: the step at {time:g} s has other variables than the first", hint=hint
                 )
         known = dict(symbols or {})
-        layout = tuple(
-            NominalVariable(name, shape, *_symbol(known, name, [own[name] for own in arrays]))
-            for name, shape in shapes.items()
-        )
+        layout = tuple(_variable(name, [own[name] for own in arrays], *known.get(name, ("SI", ""))) for name in shapes)
         rows = tuple(tuple(float(x) for v in layout for x in np.ravel(own[v.name])) for own in arrays)
         return cls(kind, layout, times, rows)
 
@@ -117,11 +114,10 @@ class SteppedNominal:
         return BoundSchedule(np.array(self.times), np.array(self.rows)) if self.instants else None
 
 
-def _symbol(known: Mapping[str, tuple[str, str]], name: str, values: Sequence[FloatArray]) -> tuple[str, str, str]:
-    """Unit, change and LaTeX of a variable with a value for each step."""
-    unit, latex = known.get(name, ("SI", ""))
+def _variable(name: str, values: Sequence[FloatArray], unit: str, latex: str) -> NominalVariable:
+    """With a value for each step."""
     same = all(np.array_equal(values[0], value) for value in values)
-    return unit, "constant" if same else "stepped", latex
+    return NominalVariable(name, values[0].shape, unit, "constant" if same else "stepped", latex)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
