@@ -18,6 +18,8 @@ from estimfw.plan.correction import correction
 from estimfw.plan.discretisation import Discretisation
 from estimfw.plan.layout import NominalLayout
 from estimfw.plan.lowering import Lowered, lower
+from estimfw.plan.separation import Separation
+from estimfw.plan.subsystems import Subsystems
 from estimfw.plan.watched import watched
 
 __all__ = ["MeasurementPlan", "Plan", "make_plan", "varying"]
@@ -71,6 +73,8 @@ class Plan:
     varying : tuple of (what, variable, change)
         Why it is not time-invariant; empty if it is.
     outputs : tuple of (Output, Lowered Jacobian)
+    subsystems : Subsystems or None
+        The nodes of a decentralised filter; see `estimfw.plan.subsystems.cut`.
     """
 
     states: tuple[str, ...]
@@ -86,6 +90,17 @@ class Plan:
     discretisation: Discretisation
     varying: tuple[tuple[str, str, str], ...]
     outputs: tuple[tuple[Output, Lowered], ...] = ()
+    subsystems: Subsystems | None = None
+
+    @property
+    def whole(self) -> Plan:
+        """The plan before it was cut into subsystems: what the model says."""
+        return self if self.subsystems is None else self.subsystems.whole
+
+    @property
+    def separation(self) -> Separation | None:
+        """How filters side by side are kept apart; None for an optimal filter."""
+        return None if self.subsystems is None else self.subsystems.separation
 
     @property
     def time_invariant(self) -> bool:
@@ -143,7 +158,8 @@ class Plan:
         """Phi, Q (..., n, n) and d (..., n) for complete process rows (..., size) and inputs u (..., inputs)."""
         F, D = self.F.evaluate(rows), self.D.evaluate(rows)
         b = (self.B.evaluate(rows) @ u[..., None])[..., 0]  # einsum leaves a sum over no inputs uninitialised
-        return self.discretisation.apply(F, D, b, dt, doublings)
+        Phi, Q, d = self.discretisation.apply(F, D, b, dt, doublings)
+        return (Phi, Q, d) if self.separation is None else (*self.separation.transition(Phi, Q), d)
 
     def transitions(
         self, rows: FloatArray, inputs: FloatArray, dt: FloatArray, doublings: Callable[[float], int]
@@ -191,6 +207,16 @@ class Plan:
             own = slice(at, at + m.rows)
             R[:, own, own] = np.array(m.R) / (interval[:, j, None, None] if m.density else 1.0)
             at += m.rows
+        return R if self.subsystems is None else self._with_noise_between(R, interval)
+
+    def _with_noise_between(self, R: FloatArray, interval: FloatArray) -> FloatArray:
+        at = np.cumsum([0, *(m.rows for m in self.measurements)])
+        for pair in self.subsystems.noise if self.subsystems is not None else ():
+            i, j = (slice(at[place], at[place + 1]) for place in (pair.first, pair.second))
+            own = np.array(pair.R) / (
+                interval[:, pair.first, None, None] if self.measurements[pair.first].density else 1.0
+            )
+            R[:, i, j], R[:, j, i] = own, np.swapaxes(own, -1, -2)
         return R
 
 
