@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from estimfw.analysis.cost import OTHER, ZERO
-from estimfw.analysis.dense_cost import Subsystems
+from estimfw.analysis.dense_cost import CutSizes
+from estimfw.analysis.zero_pattern import OTHER, ZERO, Pattern
 
 __all__ = ["cut_of", "decentralised_pattern_cost"]
 
-Pattern = NDArray[np.int8]
 Groups = Sequence[Sequence[int]]
 
 
@@ -24,7 +22,7 @@ def decentralised_pattern_cost(
     Parameters
     ----------
     Phi : (n, n) array
-        ZERO, UNIT or OTHER for each entry, see `estimfw.analysis.cost`.
+        ZERO, UNIT or OTHER for each entry, see `estimfw.analysis.zero_pattern`.
     H : (m, n) array
     groups, rows : sequence of sequence of int
         States, and rows of H, of each subsystem.
@@ -46,9 +44,9 @@ def decentralised_pattern_cost(
     return total
 
 
-def cut_of(H: Pattern, groups: Groups, rows: Groups) -> Subsystems:
+def cut_of(H: Pattern, groups: Groups, rows: Groups) -> CutSizes:
     """The sizes of a cut, with which subsystems its rows of H (m, n) read."""
     live = H != ZERO
 
     reads = [sum(len(g) for g in groups if np.any(live[np.ix_(list(own), list(g))])) for own in rows]
-    return Subsystems(tuple(len(g) for g in groups), tuple(len(r) for r in rows), tuple(reads))
+    return CutSizes(tuple(len(g) for g in groups), tuple(len(r) for r in rows), tuple(reads))

@@ -9,37 +9,29 @@ covariance itself is taken to be full, which it is after a few steps of almost a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.analysis.zero_pattern import (
+    OTHER,
+    ZERO,
+    Pattern,
+    constants_of,
+    design_pattern,
+    pattern_of,
+    phi_pattern,
+    product,
+    settled,
+)
 from estimfw.plan.discretisation import Discretisation
 from estimfw.plan.lowering import Lowered
 from estimfw.plan.plan import Plan
 
-__all__ = [
-    "OTHER",
-    "UNIT",
-    "ZERO",
-    "StepCost",
-    "joseph_cost",
-    "pattern_of",
-    "predict_cost",
-    "rebuild_cost",
-    "settled",
-    "step_cost",
-    "transition_pattern",
-    "ud_cost",
-    "update_cost",
-]
+__all__ = ["StepCost", "joseph_cost", "predict_cost", "rebuild_cost", "step_cost", "ud_cost", "update_cost"]
 
-Pattern = NDArray[np.int8]
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
-
-#: What is known of an entry before there are numbers: nothing there, +-1, anything else.
-ZERO, UNIT, OTHER = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +80,10 @@ def step_cost(plan: Plan, covariance: str, row: FloatArray) -> StepCost:
     row : (size,) array
         A complete nominal row: what never changes is a number, and may be zero (the Earth's rate about East).
     """
-    known = np.full(plan.layout.size, np.nan)
-    for name in plan.layout.unpack(row):
-        if plan.layout.changes(name) == "constant":
-            known[plan.layout.places(name)] = row[plan.layout.places(name)]
+    known = constants_of(plan, row)
     F, D = settled(plan.F, known), settled(plan.D, known)
     n, rows = len(plan.states), sum(m.rows for m in plan.measurements)
-    Phi = transition_pattern(pattern_of(F) != ZERO, plan.discretisation)
-    H = np.concatenate([np.zeros((0, n), dtype=np.int8), *(pattern_of(settled(m.H, known)) for m in plan.measurements)])
+    Phi, H = phi_pattern(plan, known), design_pattern(plan, known)
     series = plan.discretisation.method == "series"
     varying = not plan.time_invariant
     dense = ud_cost if covariance == "ud" else joseph_cost
@@ -110,46 +98,6 @@ def step_cost(plan: Plan, covariance: str, row: FloatArray) -> StepCost:
         exponential=varying and not series,
         as_run=dense(n, rows),
     )
-
-
-def settled(matrix: Lowered, known: FloatArray) -> Lowered:
-    """With numbers for the factors that are known (size,), NaN elsewhere: what is left are sums of what varies, and a number.
-
-    Numbers of one entry are added up; what comes to zero is gone.
-    """
-    numbers: dict[int, float] = {}
-    rest: list[tuple[int, float, tuple[int, ...]]] = []
-    for entry, constant, factors in matrix.monomials:
-        value = constant * float(np.prod([known[f] for f in factors if np.isfinite(known[f])]))
-        left = tuple(f for f in factors if not np.isfinite(known[f]))
-        if not left:
-            numbers[entry] = numbers.get(entry, 0.0) + value
-        elif value != 0.0:
-            rest.append((entry, value, left))
-    return Lowered(matrix.shape, (*((e, v, ()) for e, v in numbers.items() if v != 0.0), *rest))
-
-
-def pattern_of(matrix: Lowered) -> Pattern:
-    """ZERO, UNIT or OTHER for each entry (rows, columns) of a `settled` coefficient."""
-    kinds = np.zeros(matrix.shape, dtype=np.int8)
-    for entry, constant, factors in matrix.monomials:
-        alone = kinds.flat[entry] == ZERO and not factors and abs(constant) == 1.0
-        kinds.flat[entry] = UNIT if alone else OTHER
-    return kinds
-
-
-def transition_pattern(F: BoolArray, discretisation: Discretisation) -> Pattern:
-    """Of Phi (n, n) for the non-zeros of F (n, n): what the powers of F reach that the discretisation takes.
-
-    A diagonal entry that no power of F reaches is exactly 1.
-    """
-    n = F.shape[0]
-    order = discretisation.phi_order if discretisation.method == "series" else n
-    powers = [F]
-    for _ in range(1, order):
-        powers.append(_product(powers[-1], F))
-    reached = reduce(np.logical_or, powers[: max(order, 0)], np.zeros_like(F))
-    return np.where(reached, OTHER, np.where(np.eye(n, dtype=bool), UNIT, ZERO)).astype(np.int8)
 
 
 def predict_cost(Phi: Pattern) -> int:
@@ -177,12 +125,12 @@ def rebuild_cost(F: Lowered, D: Lowered, discretisation: Discretisation) -> int:
     power = np.eye(f.shape[0], dtype=bool)
     for k in range(1, discretisation.phi_order + 1):
         total += 0 if k == 1 else _pairs(power, f)
-        power = _product(power, f)
+        power = product(power, f)
         total += int(np.count_nonzero(power))
     total += int(np.count_nonzero(term))
     for _ in range(2, discretisation.q_order + 1):
         total += _pairs(f, term)
-        half = _product(f, term)
+        half = product(f, term)
         term = half | half.T
         total += int(np.count_nonzero(np.tril(term)))
     return total
@@ -202,10 +150,6 @@ def joseph_cost(n: int, rows: int) -> int:
 def _evaluation(matrix: Lowered) -> int:
     """A monomial of k factors takes k products, one less where its constant is +-1."""
     return sum(max(0, len(f) - (abs(constant) == 1.0)) for _, constant, f in matrix.monomials)
-
-
-def _product(a: BoolArray, b: BoolArray) -> BoolArray:
-    return np.asarray((a.astype(np.int64) @ b.astype(np.int64)) > 0)
 
 
 def _pairs(a: BoolArray, b: BoolArray) -> int:

@@ -15,7 +15,7 @@ from math import ceil
 from typing import Self
 
 __all__ = [
-    "Subsystems",
+    "CutSizes",
     "balanced_sizes",
     "busiest_processor_cost",
     "decentralised_cost",
@@ -27,7 +27,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, slots=True)
-class Subsystems:
+class CutSizes:
     """How a filter is cut.
 
     Attributes
@@ -60,7 +60,7 @@ class Subsystems:
 
     @property
     def stages(self) -> int:
-        """Subsystems that measure: they follow each other, and each has to wait for the one before."""
+        """CutSizes that measure: they follow each other, and each has to wait for the one before."""
         return sum(m > 0 for m in self.rows)
 
 
@@ -86,7 +86,7 @@ def symmetric_cost(n: int, m: int, *, selecting: bool = False) -> int:
     return n**2 + n**3 + n * half + m * (half + (2 * n if selecting else n**2 + 4 * n))
 
 
-def decentralised_cost(cut: Subsystems, *, triangular: bool = False) -> int:
+def decentralised_cost(cut: CutSizes, *, triangular: bool = False) -> int:
     """Successive orthogonalisation, all subsystems together; blocks P_ij are kept for i <= j.
 
     ``triangular``: of the blocks P_ii one half only.
@@ -104,7 +104,7 @@ def decentralised_cost(cut: Subsystems, *, triangular: bool = False) -> int:
     )
 
 
-def busiest_processor_cost(cut: Subsystems) -> int:
+def busiest_processor_cost(cut: CutSizes) -> int:
     """One processor a subsystem: the products that nobody can do at the same time as another.
 
     Of each P_ij, i != j, the two processors have half each. Halves are added up exactly, and the sum is rounded up.
@@ -118,7 +118,7 @@ def busiest_processor_cost(cut: Subsystems) -> int:
     return ceil(longest)
 
 
-def words_sent(cut: Subsystems) -> int:
+def words_sent(cut: CutSizes) -> int:
     """Numbers that go between processors in a step: x and P gathered, and of each measurement the innovation, S and P H'."""
     n = cut.states
     return n + n * (n + 1) // 2 + sum(m + m * (m + 1) // 2 + n * m for m in cut.rows)

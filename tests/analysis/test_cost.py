@@ -10,20 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from estimfw.analysis.cost import (
-    OTHER,
-    UNIT,
-    ZERO,
-    joseph_cost,
-    pattern_of,
-    predict_cost,
-    rebuild_cost,
-    settled,
-    transition_pattern,
-    ud_cost,
-    update_cost,
-)
+from estimfw.analysis.cost import joseph_cost, predict_cost, rebuild_cost, ud_cost, update_cost
 from estimfw.analysis.counted_number import Counted, Objects, Tally, counted, values_of
+from estimfw.analysis.zero_pattern import OTHER, UNIT, ZERO, pattern_of, settled, transition_pattern
 from estimfw.kernels import joseph, ud
 from estimfw.plan.discretisation import Discretisation
 from estimfw.plan.lowering import Lowered

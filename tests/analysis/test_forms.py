@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from estimfw.analysis.block_cost import cut_of, decentralised_pattern_cost
-from estimfw.analysis.cost import OTHER, UNIT, ZERO, predict_cost, update_cost
+from estimfw.analysis.cost import predict_cost, update_cost
 from estimfw.analysis.counted_number import Counted, Tally, counted, values_of
 from estimfw.analysis.dense_cost import (
-    Subsystems,
+    CutSizes,
     balanced_sizes,
     busiest_processor_cost,
     decentralised_cost,
@@ -32,6 +32,7 @@ from estimfw.analysis.filter_forms import (
     symmetric_step,
     textbook_step,
 )
+from estimfw.analysis.zero_pattern import OTHER, UNIT, ZERO
 
 FloatArray = NDArray[np.float64]
 Groups = list[list[int]]
@@ -91,7 +92,7 @@ def outside(groups: Groups, rows: Groups, n: int) -> NDArray[np.bool_]:
 @pytest.mark.parametrize("line", TABLE, ids=lambda line: f"{line[0]} states")
 def test_formulas_are_the_published_table(line: tuple[int, ...]) -> None:
     n, m, parts, *want = line
-    cut = Subsystems.local(balanced_sizes(n, parts), balanced_sizes(m, parts))
+    cut = CutSizes.local(balanced_sizes(n, parts), balanced_sizes(m, parts))
     found = [
         textbook_cost(n, m), symmetric_cost(n, m), symmetric_cost(n, m, selecting=True), decentralised_cost(cut),
         decentralised_cost(cut, triangular=True), busiest_processor_cost(cut), words_sent(cut),
@@ -125,7 +126,7 @@ def test_unequal_subsystems_take_what_the_formula_says(parts: list[tuple[int, in
     n, m = sum(map(len, groups)), sum(map(len, rows))
     step, absent = a_step(n, m, seed), outside(groups, rows, n)
     local = StepArrays(step.x, step.P, step.Phi, step.Q, step.z, np.where(absent, 0.0, step.H), step.R)
-    cut = Subsystems.local([len(g) for g in groups], [len(r) for r in rows])
+    cut = CutSizes.local([len(g) for g in groups], [len(r) for r in rows])
     run: Step = lambda s: decentralised_step(s, groups, rows, triangular=half)  # noqa: E731
     assert products(run, local, absent) == decentralised_cost(cut, triangular=half)
     np.testing.assert_allclose(run(local)[1], joseph_step(local)[1], rtol=1e-7, atol=1e-7)
@@ -180,14 +181,14 @@ def test_the_cheaper_half_of_a_subsystem_is_taken() -> None:
 def test_a_measurement_of_other_subsystems_reads_their_states() -> None:
     H = np.array([[2, 0, 0, 0, 0], [0, 0, 0, 1, 0]], dtype=np.int8)
     groups = [[0, 1], [2, 3, 4]]
-    assert cut_of(H, groups, [[0], [1]]) == Subsystems.local((2, 3), (1, 1))
+    assert cut_of(H, groups, [[0], [1]]) == CutSizes.local((2, 3), (1, 1))
     assert cut_of(H, groups, [[0, 1], []]).reads == (5, 0)
 
 
 def test_a_half_of_a_product_is_rounded_once() -> None:
     # 2 states of 3: 4 + 1 = 5 words of P; 1 of 3: 1 + 1 = 2. 1 of 4 (three others): 1 + 1.5 = 2.5.
-    assert busiest_processor_cost(Subsystems.local((1,) * 4, (0,) * 4)) == 4 + 16 + 4 * 2.5
-    assert busiest_processor_cost(Subsystems.local((1,) * 4, (1, 0, 0, 0))) == 30 + int(np.ceil(1 + 3 + 2 + 2.5))
+    assert busiest_processor_cost(CutSizes.local((1,) * 4, (0,) * 4)) == 4 + 16 + 4 * 2.5
+    assert busiest_processor_cost(CutSizes.local((1,) * 4, (1, 0, 0, 0))) == 30 + int(np.ceil(1 + 3 + 2 + 2.5))
 
 
 def test_the_inverse_of_m_rows_takes_m_cubed_products() -> None:
