@@ -13,10 +13,13 @@ from plotly.offline import get_plotlyjs
 from estimfw.report.heat_map import HeatMap, heat_map_figure, heat_map_height
 from estimfw.report.interactive import height_of, plotly_figure
 from estimfw.report.markup import data_block, note
+from estimfw.report.matrix_map import MatrixMap, matrix_map_figure, matrix_map_height
 from estimfw.report.palette import DARK_TWIN
 from estimfw.report.panel import Chart
 
-__all__ = ["Section", "chart_block", "document"]
+__all__ = ["Drawn", "Section", "chart_block", "document"]
+
+Drawn = Chart | HeatMap | MatrixMap
 
 POLICY = "; ".join(
     (
@@ -40,9 +43,7 @@ class Section:
     body: str
 
 
-def document(
-    title: str, header: str, sections: Sequence[Section], charts: Sequence[Chart | HeatMap], version: str
-) -> str:
+def document(title: str, header: str, sections: Sequence[Section], charts: Sequence[Drawn], version: str) -> str:
     """The whole page; ``header`` is HTML, ``charts`` are those that the sections show (`chart_block`)."""
     figures = "".join(data_block(f"figure-{chart.key}", _figure(chart)) for chart in charts)
     return (
@@ -58,7 +59,7 @@ def document(
     )
 
 
-def chart_block(chart: Chart | HeatMap, section: str) -> str:
+def chart_block(chart: Drawn, section: str) -> str:
     """Where a chart stands in the section of that title."""
     told = note(chart.note) if chart.note else ""
     title = "" if chart.title == section else f"<h3>{escape(chart.title)}</h3>\n"
@@ -69,11 +70,15 @@ def chart_block(chart: Chart | HeatMap, section: str) -> str:
     )
 
 
-def _figure(chart: Chart | HeatMap) -> dict[str, Any]:
+def _figure(chart: Drawn) -> dict[str, Any]:
+    if isinstance(chart, MatrixMap):
+        return matrix_map_figure(chart)
     return heat_map_figure(chart) if isinstance(chart, HeatMap) else plotly_figure(chart)
 
 
-def _height(chart: Chart | HeatMap) -> int:
+def _height(chart: Drawn) -> int:
+    if isinstance(chart, MatrixMap):
+        return matrix_map_height(chart)
     return heat_map_height(chart) if isinstance(chart, HeatMap) else height_of(chart)
 
 
