@@ -20,6 +20,7 @@ from estimfw.config.generic.estimation import Estimation, RecursionSettings, Sta
 from estimfw.config.generic.kalman import discretisation
 from estimfw.config.generic.nominal import ConstantNominal
 from estimfw.config.generic.values import STATE_BYTES
+from estimfw.config.health import health_fault
 from estimfw.config.model_context import ModelContext
 from estimfw.config.truth import Truth, own_truth
 from estimfw.config.validate import validate
@@ -150,6 +151,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     settings = replace(settings, evaluation=discretisation(estimator).evaluation)
     plan = _plan(model, provider, settings, estimator, document)
     _exact_quotient(model, plan, provider, settings, document)
+    _refuse_unknown_health(cfg, model, plan, document)
     truth, unpriced = own_truth(full, model, changes, provider, settings.computed, reference, plan)
     return Problem(
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
@@ -336,6 +338,13 @@ def _refuse_unknown_gates(estimator: RecursionSettings, build: Builder, model: M
                 location=build.document.locate((*filter_path(build.document), "gates", name)),
                 hint=did_you_mean(name, (m.name for m in model.measurements)),
             )
+
+
+def _refuse_unknown_health(cfg: FilterConfig, model: Model, plan: Plan, document: Document) -> None:
+    fault = health_fault(cfg.health, model, frozenset(m.name for m in plan.measurements if m.gate is not None))
+    if fault is not None:
+        document.placed(fault, ())
+        raise fault
 
 
 def _plan(

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Strict
 
+from estimfw.config.health import HealthConfig
 from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Identifier, Settings, Site
 
@@ -83,6 +84,9 @@ class FilterConfig(Settings):
         tuple[PolicySection, ...], Strict(False), Field(description="reductions of the model, applied in this order")
     ] = ()
     estimator: Section | None = Field(default=None, description="the algorithm and its settings (left out: kalman)")
+    health: HealthConfig | None = Field(
+        default=None, description="when rejection and divergence are told, and what is done about them"
+    )
     monitors: dict[Identifier, Section] = Field(default={}, description="checks of the record before the run, by name")
     source: Section | None = Field(default=None, description="where the record comes from: a log, or a simulation")
     aiding: dict[Identifier, Section] = Field(default={}, description="further sources, whose streams join the record")

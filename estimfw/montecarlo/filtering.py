@@ -54,10 +54,12 @@ class Filtered:
 
 
 def without_monitors(problem: Problem) -> Problem:
-    """Monitors do not act in a Monte Carlo: they could end or restart each run at another instant."""
-    if not problem.monitors:
+    """Neither monitors nor health act in a Monte Carlo: they could end or restart each run at another instant."""
+    health = problem.config.health
+    if not problem.monitors and health is None:
         return problem
-    config = problem.config.model_copy(update={"monitors": {}})
+    told = health.told_only() if health is not None else None
+    config = problem.config.model_copy(update={"monitors": {}, "health": told})
     return replace(problem, monitors=(), config=config)
 
 

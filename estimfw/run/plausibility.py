@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.analysis.health import DEGRADED
 from estimfw.data.record import Event
+from estimfw.kernels.fuse import FUSED, GATED
 from estimfw.model.model import Model
 from estimfw.run.indefinite_noise import INDEFINITE_NOISE
 from estimfw.run.summary import events_of, measurement_summaries
@@ -98,12 +100,22 @@ def _told(label: str, ratio: float) -> str:
     return f"{label} is {ratio:.3g} prior sigmas from its prior: the data contradict the configured start, site, units or noise"
 
 
+def _refused(dataset: xr.Dataset, measurement: str) -> bool:
+    """Whether the last usable reading was gated."""
+    codes = dataset[f"{measurement}_disposition"].to_numpy()
+    usable = codes[(codes == FUSED) | (codes == GATED)]
+    return bool(usable.size) and int(usable[-1]) == GATED
+
+
 def cautions(dataset: xr.Dataset) -> list[str]:
     """What speaks against the result, the worst of each kind first; empty where nothing does.
 
     It shows a contradiction where there is one to see. That it is empty proves nothing: what no measurement sees can be wrong.
     """
     told = [event.text for event in events_of(dataset) if event.kind in (IMPLAUSIBLE, INDEFINITE_NOISE)]
+    told += [
+        f"{e.source} was {e.text}" for e in events_of(dataset) if e.kind == DEGRADED and _refused(dataset, e.source)
+    ]
     large = [
         (m.nis_mean / m.freedom, m)
         for m in measurement_summaries(dataset)

@@ -19,10 +19,12 @@ from estimfw.estimators.bank import Judged, judge, reported
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
 from estimfw.estimators.stretch import Stretch, Watcher
 from estimfw.run.flags import disposition_events, lost_members
+from estimfw.run.health import health_events
 from estimfw.run.honest import Honest, HonestSigma, of_reported
 from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
+from estimfw.run.recovery import Recovery, acts
 
 __all__ = ["Collected", "Timing", "run_problem"]
 
@@ -31,6 +33,8 @@ Progress = Callable[[int, int], None]
 
 #: A chunk has at most so many steps, and so many numbers in its covariances (64 MiB).
 LONGEST_CHUNK = 4096
+#: After something was done about the run's health, which may soon be due again; each chunk is twice as long as the one before.
+SHORT_CHUNK = 64
 CHUNK_NUMBERS = 1 << 23
 
 
@@ -109,9 +113,9 @@ def run_problem(
         [*(watch(one) if watch is not None else ()), *honest[i : i + 1]] for i, one in enumerate(members)
     ]
     with threadpool_limits(1, user_api="blas"):  # matrices are small: threads only wait for each other
-        pieces, filtering = _scan(prepared, progress, wanted, watchers)
+        pieces, filtering, recovered = _scan(prepared, progress, wanted, watchers)
     timing = Timing(loaded - begin, ready - loaded, filtering)
-    done = _collect(prepared, pieces, wanted, timing)
+    done = _collect(prepared, pieces, wanted, timing, recovered)
     if not honest:
         return done
     best = np.concatenate([p.best for p in pieces])
@@ -140,36 +144,73 @@ class _Piece:
     covariance: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class _Ran:
+    """One chunk after the filter, of all members: where it ended, what came out, who is best, what is reported; s spent."""
+
+    states: list[FilterState]
+    results: list[ChunkResult]
+    judged: Judged
+    result: ChunkResult
+    spent: float
+
+
 def _scan(
     prepared: Prepared, progress: Progress | None, wanted: NDArray[np.int64], watchers: Sequence[Sequence[Watcher]]
-) -> tuple[list[_Piece], float]:
-    """Chunk by chunk, all members over each; ``watchers`` are those of each member."""
+) -> tuple[list[_Piece], float, tuple[Event, ...]]:
+    """Chunk by chunk, all members over each; ``watchers`` are those of each member.
+
+    Where the health of the run asks for something, a chunk ends at the step at which it is due.
+    """
     steps, members, pieces, spent = prepared.steps, prepared.members, list[_Piece](), 0.0
-    length = chunk_length(len(prepared.plan.states), len(members))
+    longest = length = chunk_length(len(prepared.plan.states), len(members))
     states, covariances = [one.state for one in members], [one.prior[1] for one in members]
-    score = np.zeros(len(members))
-    for first in range(0, len(steps), length):
+    score, first = np.zeros(len(members)), 0
+    recovery = Recovery(prepared.problem) if acts(prepared.problem) else None
+    while first < len(steps):
         last = min(first + length, len(steps))
-        chunk, own_time = make_chunk(prepared, first, last), steps.time[first:last]
-        before, begin = states, time.perf_counter()
-        with _told_when(first, last, steps.time), np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            done = [one.scan.run(state, chunk) for one, state in zip(members, states, strict=True)]
-            states, results = [state for state, _ in done], [result for _, result in done]
-            judged = judge(prepared.plan, results, score, scored=prepared.problem.kind == "bank")
-            result = reported(results, judged.best)
-        spent += time.perf_counter() - begin
-        refuse_lost(prepared.plan, result, first, own_time)
-        score = judged.score[-1]
+        chunk, ran = _run_chunk(prepared, states, score, first, last, recovery)
+        spent += ran.spent
+        act = recovery.due(steps.time[first:last], ran.result) if recovery is not None else None
+        if act is not None and first + act.steps < last:
+            last = first + act.steps
+            chunk, ran = _run_chunk(prepared, states, score, first, last, recovery)
+            spent += ran.spent
+        own_time = steps.time[first:last]
+        refuse_lost(prepared.plan, ran.result, first, own_time)
+        score = ran.judged.score[-1]
         with _told_when(first, last, steps.time):
-            pieces.append(_piece(prepared, result, judged, first, last, wanted))
+            pieces.append(_piece(prepared, ran.result, ran.judged, first, last, wanted))
             for i in np.flatnonzero(np.isfinite(score)).tolist():
-                stretch = _stretch(members[i], chunk, results[i], before[i], covariances[i], own_time)
+                stretch = _stretch(members[i], chunk, ran.results[i], states[i], covariances[i], own_time)
                 for see in watchers[i]:
                     see(stretch)
-        covariances = [each.covariance[-1] for each in results]
+        states, covariances = ran.states, [each.covariance[-1] for each in ran.results]
+        length = min(longest, 2 * length)
+        if recovery is not None:
+            recovery.restart = False
+            if act is not None:
+                states, covariances = recovery.acted(members, states, covariances, act, float(own_time[-1]))
+                length = min(longest, SHORT_CHUNK)
+        first = last
         if progress is not None:
             progress(last, len(steps))
-    return pieces, spent
+    return pieces, spent, tuple(recovery.events) if recovery is not None else ()
+
+
+def _run_chunk(
+    prepared: Prepared, states: list[FilterState], score: FloatArray, first: int, last: int, recovery: Recovery | None
+) -> tuple[Chunk, _Ran]:
+    chunk = make_chunk(prepared, first, last)
+    if recovery is not None and recovery.restart:
+        chunk = replace(chunk, restart=np.append(True, chunk.restart[1:]))
+    begin = time.perf_counter()
+    with _told_when(first, last, prepared.steps.time), np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        done = [one.scan.run(state, chunk) for one, state in zip(prepared.members, states, strict=True)]
+        results = [result for _, result in done]
+        judged = judge(prepared.plan, results, score, scored=prepared.problem.kind == "bank")
+        result = reported(results, judged.best)
+    return chunk, _Ran([state for state, _ in done], results, judged, result, time.perf_counter() - begin)
 
 
 def _stretch(
@@ -257,7 +298,9 @@ def _piece(
     )
 
 
-def _collect(prepared: Prepared, pieces: list[_Piece], wanted: NDArray[np.int64], timing: Timing) -> Collected:
+def _collect(
+    prepared: Prepared, pieces: list[_Piece], wanted: NDArray[np.int64], timing: Timing, recovered: tuple[Event, ...]
+) -> Collected:
     def joined(name: str) -> FloatArray:
         return np.concatenate([getattr(p.result, name) for p in pieces])
 
@@ -292,6 +335,8 @@ def _collect(prepared: Prepared, pieces: list[_Piece], wanted: NDArray[np.int64]
         events=(
             *prepared.events,
             *disposition_events(prepared, disposition, used, joined("nis")),
+            *health_events(prepared.problem, prepared.steps.time, disposition, joined("nis"), joined("innovation")),
+            *recovered,
             *(lost_members(prepared, bank.score) if bank is not None else ()),
         ),
         timing=timing,

@@ -15,7 +15,7 @@ from estimfw.errors import ConfigError
 __all__ = ["DeterminationConfig", "determination", "misplaced_section"]
 
 #: Sections that say something of states.
-OF_STATES = ("blocks", "process", "inputs", "measurements", "prior", "policies")
+OF_STATES = ("blocks", "process", "inputs", "measurements", "prior", "policies", "health")
 
 
 class DeterminationConfig(Settings):
