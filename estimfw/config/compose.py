@@ -158,7 +158,7 @@ def compose(document: Document, registry: Registry) -> Problem:
         checks=checks, provider=provider,
         settings=settings, reference=reference, plan=plan, kind=estimation.kind, estimator=estimator,
         starts=estimation.starts, initial=initial, source=source, aiding=aiding, preprocess=preprocess,
-        wanted=wanted_columns(plan, preprocess, document),
+        wanted=wanted_columns(plan, preprocess, document, provider),
         monitors=tuple(build.named("monitor", cfg.monitors, "monitors", site)),
         truth=truth,
         undetermined=_undetermined(model, reference, plan),

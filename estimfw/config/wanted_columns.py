@@ -31,8 +31,10 @@ def read_by(plan: Plan) -> Wanted:
     return wanted
 
 
-def wanted_columns(plan: Plan, preprocess: Mapping[str, Any], document: Document) -> Wanted:
+def wanted_columns(plan: Plan, preprocess: Mapping[str, Any], document: Document, provider: Any = None) -> Wanted:
     """What the sources have to bring.
+
+    ``provider`` is the nominal provider: one with ``column_units`` reads its stream from any source, a log for instance.
 
     Raises
     ------
@@ -40,6 +42,8 @@ def wanted_columns(plan: Plan, preprocess: Mapping[str, Any], document: Document
         A component makes or reads a column in another unit than its reader.
     """
     wanted = read_by(plan)
+    if (units := getattr(provider, "column_units", None)) is not None:
+        wanted = with_columns(wanted, provider.stream, dict(zip(provider.columns, units, strict=True)), "stream")
     for name, component in reversed(list(preprocess.items())):
         if hasattr(component, "needs"):
             try:

@@ -132,7 +132,8 @@ class NumbaScan:
                 thresholds[j, : m.rows + 1], gated[j] = limit, True
         density = np.array([m.density for m in plan.measurements], dtype=bool)
         sign = np.array([m.sign for m in plan.measurements], dtype=float)
-        return np.array(offsets, dtype=np.int64), R, density, sign, thresholds, gated
+        period = np.array([m.period for m in plan.measurements], dtype=float)
+        return np.array(offsets, dtype=np.int64), R, density, sign, thresholds, gated, period
 
 
 def _stacked(parts: list[Lowered], columns: int) -> Lowered:

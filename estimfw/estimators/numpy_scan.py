@@ -70,7 +70,9 @@ class NumpyScan(StepByStep):
         own = slice(self.offsets[j], self.offsets[j + 1])
         z = m.innovation.evaluate(row)[..., 0] + m.sign * chunk.readings[k, own]
         R = np.array(m.R) / (chunk.interval[k, j] if m.density else 1.0)
-        done = fuse.fuse(self.kernel, x, form, z, m.H.evaluate(row), R, self.thresholds[j])
+        H = m.H.evaluate(row)
+        z = fuse.nearest(z, H @ x, m.period)
+        done = fuse.fuse(self.kernel, x, form, z, H, R, self.thresholds[j])
         result.innovation[k, own], result.sigma[k, own] = done.innovation, done.sigma
         result.nis[k, j], result.disposition[k, j], result.used[k, j] = done.nis, done.disposition, done.used
         result.log_det[k, j] = done.log_det

@@ -142,7 +142,8 @@ class UnscentedScan(StepByStep):
         if not m.innovation.monomials:
             return np.asarray(np.einsum("pij,pj->pi", H, points))
         euclidean = np.where(self.corrected, 0.0, points)
-        return np.asarray(np.einsum("pij,pj->pi", H, euclidean) - m.innovation.evaluate(rows)[..., 0])
+        predicted = np.asarray(np.einsum("pij,pj->pi", H, euclidean) - m.innovation.evaluate(rows)[..., 0])
+        return fuse.nearest(predicted, predicted[:1], m.period)
 
     def _fuse(
         self,
@@ -156,7 +157,7 @@ class UnscentedScan(StepByStep):
         result: ChunkResult,
     ) -> tuple[FloatArray, FloatArray, bool]:
         m, own = self.plan.measurements[j], slice(self.offsets[j], self.offsets[j + 1])
-        z = m.sign * chunk.readings[k, own]
+        z = fuse.nearest(m.sign * chunk.readings[k, own], mean[at : at + count], m.period)
         R = np.array(m.R) / (chunk.interval[k, j] if m.density else 1.0)
         done = fuse.fuse(ud, mean, form, z, np.eye(count, len(mean), at), R, self.thresholds[j])
         result.innovation[k, own], result.sigma[k, own] = done.innovation, done.sigma

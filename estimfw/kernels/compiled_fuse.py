@@ -69,6 +69,16 @@ def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, us
 
 
 @njit(cache=True)
+def nearest(z, H, x, period):
+    """z (m,) moved by whole periods to within half a one of H x, in place."""
+    for a in range(z.shape[0]):
+        away = z[a]
+        for i in range(x.shape[0]):
+            away -= H[a, i] * x[i]
+        z[a] -= period * np.round(away / period)
+
+
+@njit(cache=True)
 def innovation_variance(form, ud, h, r):
     """h P h' + r of one row."""
     n = form.shape[0]

@@ -41,9 +41,9 @@ def scan(
 
     ``row``: the nominal before the chunk, and at its end; derived variables and work space stand behind what is provided.
     ``chunk``: samples, dt, restart, inputs, readings, due, interval. ``process`` and ``reads``: see `predict` and `fuse_due`.
-    ``measurements``: offsets, R (rows, most rows), density, sign, thresholds, gated. ``method``: formula, orders of Phi and Q.
-    ``options``: ud, closed loop, the places in ``row`` that Phi, Q and d depend on. ``correction``: (entry, constant, factors)
-    of it, which states it takes, its rows.
+    ``measurements``: offsets, R (rows, most rows), density, sign, thresholds, gated, period.
+    ``method``: formula, orders of Phi and Q. ``options``: ud, closed loop, the places in ``row`` that Phi, Q and d depend on.
+    ``correction``: (entry, constant, factors) of it, which states it takes, its rows.
     """
     samples, dts, restart, inputs, readings, due, interval = chunk
     ud, closed, watched = options

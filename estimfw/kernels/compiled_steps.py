@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from estimfw.kernels.compiled_discretise import discretise
-from estimfw.kernels.compiled_fuse import fuse
+from estimfw.kernels.compiled_fuse import fuse, nearest
 from estimfw.kernels.compiled_products import evaluate
 from estimfw.kernels.compiled_recursions import joseph_predict, ud_predict
 
@@ -77,7 +77,7 @@ def fuse_due(x, form, ud, row, readings, due, interval, reads, measurements, fou
     NIS, disposition, number of fused components and ln det S.
     """
     He, Hc, Hf, Ie, Ic, If = reads
-    offsets, R_all, density, sign, thresholds, gated = measurements
+    offsets, R_all, density, sign, thresholds, gated, period = measurements
     innovation, sigma, nis, disposition, used, log_det = found
     H_flat, nominal, A, rows, usable, x_before, before, K, w1 = space
     total, n = offsets[-1], x.shape[0]
@@ -91,6 +91,8 @@ def fuse_due(x, form, ud, row, readings, due, interval, reads, measurements, fou
             continue
         lo, hi = offsets[m], offsets[m + 1]
         z = nominal[lo:hi] + sign[m] * readings[lo:hi]
+        if period[m] > 0.0:
+            nearest(z, H[lo:hi], x, period[m])
         R = R_all[lo:hi, : hi - lo] / (interval[m] if density[m] else 1.0)
         nis[m], disposition[m], used[m], log_det[m] = fuse(
             x, form, ud, z, H[lo:hi], R, thresholds[m], gated[m],

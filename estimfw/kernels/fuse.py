@@ -12,7 +12,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FUSED", "GATED", "INVALID", "LATE", "MEANINGS", "MISSING", "Fused", "decorrelate", "fuse"]
+__all__ = ["FUSED", "GATED", "INVALID", "LATE", "MEANINGS", "MISSING", "Fused", "decorrelate", "fuse", "nearest"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -56,6 +56,13 @@ def decorrelate(R: FloatArray, *others: FloatArray) -> tuple[FloatArray, ...]:
             for other in solved:
                 other[..., i, :] -= ell[..., None] * other[..., j, :]
     return (r, *solved)
+
+
+def nearest(z: FloatArray, expected: FloatArray, period: float) -> FloatArray:
+    """z (..., m) moved by whole periods to within half a one of what is expected; as it is where the period is 0."""
+    if period <= 0.0:
+        return z
+    return np.asarray(z - period * np.round((z - expected) / period))
 
 
 def fuse(

@@ -100,10 +100,13 @@ class Operation:
 
 @dataclass(frozen=True, slots=True)
 class CorrectionSlot:
-    """A triad that ``correct`` accepts: ``attitude`` in ``n``, three numbers in the order of the frame's axes."""
+    """A triad that ``correct`` accepts: ``attitude`` in ``n``, three numbers in the order of the frame's axes.
+
+    Without a frame it is what no frame turns, such as a latitude: up to three numbers, in the order of the block's axes.
+    """
 
     quantity: str
-    frame: str
+    frame: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +220,8 @@ class ScheduledProvider(BoundProvider, Protocol):
 class NominalProvider(Protocol):
     """A provider as configured, before any data: hashable by its settings, picklable.
 
-    ``stream`` is what drives it, with ``columns`` in the order in which a streaming session takes them. None: nothing does, and
+    ``stream`` is what drives it, with ``columns`` in the order in which a streaming session takes them; where it has
+    ``column_units`` too (SI, one a column), any source that reads logs can bring that stream. None: nothing drives it, and
     ``bind`` returns None; or time alone does, and ``bind`` returns a `ScheduledProvider`. Such a one may have ``instants``, a
     tuple of s at which its rows change: they are ends of steps, see `changing_at`. One that computes what
     is wanted by itself brings ``outputs`` too, a tuple of `estimfw.model.parts.Output` over its nominal row: the result of a

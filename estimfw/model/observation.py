@@ -56,6 +56,8 @@ class Measurement:
     text : str
     derived : tuple of DerivedVariable
         What innovation and coefficients read that is no sum of products of the nominal: a range, a direction.
+    period : float
+        360 deg in SI where the rows are angles that wrap, else 0: innovations are taken the shorter way round.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Measurement:
     perfect: bool = False
     text: str = ""
     derived: tuple[DerivedVariable, ...] = ()
+    period: float = 0.0
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from estimfw.errors import ConfigError
-from estimfw.model.coefficient import Coefficient, zeros
+from estimfw.model.coefficient import Coefficient, identity, zeros
 from estimfw.model.frame import rotation
 from estimfw.model.model import Model
 from estimfw.model.nominal import CorrectionSlot
@@ -27,7 +27,8 @@ def correction(model: Model, slots: tuple[CorrectionSlot, ...]) -> Coefficient:
     for block in model.blocks:
         slot = slot_of(block, slots)
         if slot is not None:
-            turn = _turn(model, block, slots[slot]).select(range(3), block.live).substitute(dict(model.fixed))
+            turn = _turn(model, block, slots[slot])
+            turn = turn.select(range(turn.shape[0]), block.live).substitute(dict(model.fixed))
             total = total + turn.embed(shape, 3 * slot, model.offsets[block.name])
     return total
 
@@ -38,8 +39,19 @@ def slot_of(block: StateBlock, slots: tuple[CorrectionSlot, ...]) -> int | None:
     return next((k for k in same if slots[k].frame == block.frame), same[0] if same else None)
 
 
+def _as_it_is(block: StateBlock, slot: CorrectionSlot) -> Coefficient:
+    if block.frame is not None or len(block.all_axes) > 3:
+        raise ConfigError(
+            f"block {block.name!r} corrects the {slot.quantity} of the nominal, which takes up to three numbers in no frame",
+            hint="leave out its frame, or give it another quantity",
+        )
+    return identity(len(block.all_axes))
+
+
 def _turn(model: Model, block: StateBlock, slot: CorrectionSlot) -> Coefficient:
-    """From the frame of the block to that of the slot, (3, 3)."""
+    """From the frame of the block to that of the slot, (3, 3); (axes, axes) where the slot has none."""
+    if slot.frame is None:
+        return _as_it_is(block, slot)
     what = f"block {block.name!r} corrects the {slot.quantity} of the nominal in frame {slot.frame!r}"
     if block.frame is None or len(block.all_axes) != 3:
         raise ConfigError(f"{what}, but is no triad in a frame", hint="give the block a frame, or another quantity")

@@ -33,7 +33,7 @@ class MeasurementPlan:
     """One measurement model, lowered.
 
     ``R`` is per measurement, or a density that is divided by the measurement's interval. ``gate`` is the probability of the
-    chi-square gate, None without one.
+    chi-square gate, None without one. ``period`` is that of rows that wrap (0: they do not).
     """
 
     name: str
@@ -48,6 +48,7 @@ class MeasurementPlan:
     sign: float
     every: float | None
     gate: float | None
+    period: float = 0.0
 
     @property
     def rows(self) -> int:
@@ -280,6 +281,7 @@ def _measurement(model: Model, name: str, layout: NominalLayout, gate: float | N
         sign=m.sign,
         every=m.every,
         gate=gate,
+        period=m.period,
     )
 
 

@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from estimfw.config.compose import Problem
 from estimfw.data.record import Record, Stream
@@ -64,7 +65,7 @@ def _loaded(source: Any, problem: Problem, path: tuple[str, ...]) -> Record:
     source = along_schedule(source, problem)
     owner, what = problem.owners.get(".".join(path)), "source" if len(path) == 1 else f"source {'.'.join(path)!r}"
     try:
-        with plugin_code(owner, f"load() of {what}"):
+        with plugin_code(owner, f"load() of {what}"), threadpool_limits(1, user_api="blas"):  # its matrices are small
             if hasattr(source, "load_wanted"):
                 made = source.load_wanted(problem.wanted)
             elif hasattr(source, "load_for"):

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
-from estimfw.config.generic.blocks import Values
+from estimfw.config.generic.blocks import Value, Values
 from estimfw.config.generic.coefficients import CoefficientText, coefficient_of
 from estimfw.config.generic.values import as_config_error, not_negative, numbers_in, product_unit, refuse_twice
 from estimfw.config.quantity_types import refuse
@@ -64,6 +64,9 @@ class DirectConfig(Settings):
     ] = None
     columns: Annotated[Names, Field(description="its columns, one for each row (left out: the names of the rows)")] = ()
     perfect: Annotated[bool, Field(description="allow a noise of zero")] = False
+    period: Annotated[
+        Value | None, Field(description="of readings that wrap, such as 360 deg: the shorter way round is meant")
+    ] = None
 
     @model_validator(mode="after")
     def _square(self) -> Self:
@@ -84,6 +87,7 @@ def direct(name: str, cfg: DirectConfig, context: Any) -> Measurement:
     try:
         covariance, kind = _noise(cfg, cfg.unit or first.unit, rows)
         terms = tuple(_term(t, context.block(t.block), rows, name) for t in cfg.of)
+        period = _period(cfg, cfg.unit or first.unit)
     except PydanticCustomError as error:
         raise as_config_error(error) from error
     except ValueError as error:
@@ -99,6 +103,7 @@ def direct(name: str, cfg: DirectConfig, context: Any) -> Measurement:
         stream=cfg.stream or name,
         columns=cfg.columns or tuple(row or name for row in rows),
         perfect=cfg.perfect,
+        period=period,
     )
 
 
@@ -132,6 +137,16 @@ def _noise(
     correlation = np.eye(len(rows)) if cfg.correlation is None else np.array(cfg.correlation)
     _check_correlation(correlation, rows)
     return tuple(tuple(float(x) for x in row) for row in sigma[:, None] * correlation * sigma), kind
+
+
+def _period(cfg: DirectConfig, unit: str) -> float:
+    """SI; 0 where readings do not wrap."""
+    if cfg.period is None:
+        return 0.0
+    (period,) = numbers_in(cfg.period, unit, 1, "period")
+    if not period > 0.0:
+        refuse(f"the period is {cfg.period!r}", "such as 360 deg", "period")
+    return period
 
 
 def _refuse_forgotten_unit(cfg: DirectConfig, unit: str) -> None:
