@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimfw.analysis.dense_cost import CutSizes
 from estimfw.analysis.zero_pattern import OTHER, ZERO, Pattern
+from estimfw.estimators.decentralised.shares import Share, shares
 
 __all__ = ["cut_of", "decentralised_pattern_cost"]
 
+IntArray = NDArray[np.int64]
 Groups = Sequence[Sequence[int]]
 
 
@@ -30,17 +33,26 @@ def decentralised_pattern_cost(
         Of the covariance of a subsystem one half, upper or lower, whichever is cheaper.
     """
     each, n = np.count_nonzero(Phi == OTHER, axis=1), len(Phi)
-    total, stored, before = int(each.sum() * (1 + n)), 0, 0
-    for group in groups:
-        own, size = each[list(group)], len(group)
-        upto = np.arange(size) + 1
-        inside = min(int((own * upto).sum()), int((own * upto[::-1]).sum())) if triangular else size * int(own.sum())
-        total += before * int(own.sum()) + inside
-        stored += before * size + (size * (size + 1) // 2 if triangular else size * size)
-        before += size
+    held = shares(groups)
+    total = int(each.sum() * (1 + n)) + sum(_predicted(each, share, triangular=triangular) for share in held)
+    stored = sum(len(share.entries[0]) for share in held)
+    if not triangular:
+        stored += sum(len(share.states) * (len(share.states) - 1) // 2 for share in held)
     for own_rows in rows:
         m, read = len(own_rows), int(np.count_nonzero(H[list(own_rows)] == OTHER))
         total += n * read + m * read + m**3 + n * m**2 + read + n * m + m * stored
+    return total
+
+
+def _predicted(each: IntArray, share: Share, *, triangular: bool) -> int:
+    """Products of T = Phi P with Phi', for what a node holds; ``each`` (n,) are the non-zeros of the rows of Phi."""
+    own, upto = each[share.states], np.arange(len(share.states)) + 1
+    total = len(own) * int(own.sum())
+    if triangular:
+        total = min(int((own * upto).sum()), int((own * upto[::-1]).sum()))
+    for block in share.blocks[1:]:
+        mine, others = (block.rows, block.columns) if block.own_rows else (block.columns, block.rows)
+        total += len(mine) * int(each[others].sum())
     return total
 
 

@@ -1,6 +1,7 @@
 """One step of the Kalman filter in the forms whose work is compared, on arrays of floats or of numbers that count.
 
-They are definitions, written for reading: what runs is in `estimfw.kernels`. All give the same estimate and covariance.
+They are definitions, written for reading: what runs is in `estimfw.kernels`. All give the same estimate and covariance. The
+decentralised form is run as it is, see `estimfw.analysis.counted_nodes`.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["StepArrays", "decentralised_step", "inverse", "joseph_step", "symmetric_step", "textbook_step"]
+__all__ = ["StepArrays", "inverse", "joseph_step", "symmetric_step", "textbook_step"]
 
 Numbers = NDArray[Any]
 
@@ -60,39 +61,6 @@ def symmetric_step(s: StepArrays) -> tuple[Numbers, Numbers]:
         x = x + K * (s.z[j] - h @ x)
         for i, kept in enumerate(lower):
             _store(P, i, kept, P[i, kept] - K[i] * Ph[kept])
-    return x, P
-
-
-def decentralised_step(
-    s: StepArrays, groups: Sequence[Sequence[int]], rows: Sequence[Sequence[int]], *, triangular: bool = False
-) -> tuple[Numbers, Numbers]:
-    """x and P after it: successive orthogonalisation over subsystems.
-
-    Parameters
-    ----------
-    s : StepArrays
-        R is zero between rows of different subsystems.
-    groups, rows : sequence of sequence of int
-        States, and rows of the measurement, of each subsystem.
-    triangular : bool
-        Of the block of a subsystem one half is computed.
-    """
-    wanted = [  # row of P, and the columns of it that are kept: those of this subsystem and of later ones
-        (i, [j for h in groups[g + 1 :] for j in h] + [j for j in group if j <= i or not triangular])
-        for g, group in enumerate(groups)
-        for i in group
-    ]
-    x, half, P = s.Phi @ s.x, s.Phi @ s.P, np.empty_like(s.P)
-    for i, kept in wanted:
-        _store(P, i, kept, half[i] @ s.Phi[kept].T + s.Q[i, kept])
-    for own in filter(len, rows):
-        H = s.H[own]
-        M = P @ H.T
-        K = M @ inverse(H @ M + s.R[np.ix_(own, own)])
-        x = x + K @ (s.z[own] - H @ x)
-        before = P.copy()
-        for i, kept in wanted:
-            _store(P, i, kept, before[i, kept] - K[i] @ M[kept].T)
     return x, P
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from estimfw.analysis.block_cost import cut_of, decentralised_pattern_cost
 from estimfw.analysis.cost import predict_cost, update_cost
+from estimfw.analysis.counted_nodes import CountedStep, counted_step
 from estimfw.analysis.counted_number import Counted, Tally, counted, values_of
 from estimfw.analysis.dense_cost import (
     CutSizes,
@@ -26,7 +27,6 @@ from estimfw.analysis.dense_cost import (
 from estimfw.analysis.filter_forms import (
     Numbers,
     StepArrays,
-    decentralised_step,
     inverse,
     joseph_step,
     symmetric_step,
@@ -81,6 +81,18 @@ def products(run: Step, step: StepArrays, absent: NDArray[np.bool_] | None = Non
     return tally.products
 
 
+def nodes_counted(
+    step: StepArrays, groups: Groups, rows: Groups, reads: NDArray[np.bool_], *known: str, triangular: bool = False
+) -> CountedStep:
+    """A step of the nodes as they are; its outcome is that of the textbook."""
+    tally = Tally()
+    made = counted_step(counting(step, tally, None, *known), tally, groups, rows, reads, triangular=triangular)
+    x, P = textbook_step(step)
+    np.testing.assert_allclose(values_of(made.x), x.astype(float), rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(values_of(made.P), P.astype(float), rtol=1e-7, atol=1e-7)
+    return made
+
+
 def outside(groups: Groups, rows: Groups, n: int) -> NDArray[np.bool_]:
     """Entries of H that a local measurement does not have."""
     absent = np.ones((sum(map(len, rows)), n), dtype=bool)
@@ -112,8 +124,8 @@ def test_the_table_is_what_runs_on_counting_numbers_take(line: tuple[int, ...]) 
     assert products(symmetric_step, one_each, None, "H") == selecting
     absent = outside(groups, rows, n)
     local = StepArrays(step.x, step.P, step.Phi, step.Q, step.z, np.where(absent, 0.0, step.H), step.R)
-    assert products(lambda s: decentralised_step(s, groups, rows), local, absent) == decentralised
-    assert products(lambda s: decentralised_step(s, groups, rows, triangular=True), local, absent) == triangular
+    assert nodes_counted(local, groups, rows, ~absent).total == decentralised
+    assert nodes_counted(local, groups, rows, ~absent, triangular=True).total == triangular
 
 
 cuts = st.lists(st.tuples(st.integers(1, 3), st.integers(0, 2)), min_size=1, max_size=4)
@@ -127,10 +139,9 @@ def test_unequal_subsystems_take_what_the_formula_says(parts: list[tuple[int, in
     step, absent = a_step(n, m, seed), outside(groups, rows, n)
     local = StepArrays(step.x, step.P, step.Phi, step.Q, step.z, np.where(absent, 0.0, step.H), step.R)
     cut = CutSizes.local([len(g) for g in groups], [len(r) for r in rows])
-    run: Step = lambda s: decentralised_step(s, groups, rows, triangular=half)  # noqa: E731
-    assert products(run, local, absent) == decentralised_cost(cut, triangular=half)
-    np.testing.assert_allclose(run(local)[1], joseph_step(local)[1], rtol=1e-7, atol=1e-7)
-    np.testing.assert_allclose(run(local)[0], textbook_step(local)[0], rtol=1e-7, atol=1e-7)
+    assert nodes_counted(local, groups, rows, ~absent, triangular=half).total == decentralised_cost(
+        cut, triangular=half
+    )
     np.testing.assert_allclose(symmetric_step(local)[1], joseph_step(local)[1], rtol=1e-7, atol=1e-7)
 
 
@@ -152,7 +163,7 @@ def test_zeros_that_are_left_out_are_those_that_structure_knows(
     made = StepArrays(
         step.x, step.P, np.where(Phi == OTHER, step.Phi, Phi), step.Q, step.z, np.where(H == OTHER, step.H, H), step.R
     )
-    count = products(lambda s: decentralised_step(s, groups, rows), made, None, "Phi", "H")
+    count = nodes_counted(made, groups, rows, H != ZERO, "Phi", "H").total
     assert decentralised_pattern_cost(Phi, H, groups, rows) == count
     found = products(symmetric_step, made, None, "Phi", "H")
     assert predict_cost(Phi) + sum(update_cost(h) for h in H) <= found
@@ -167,15 +178,18 @@ def test_the_cheaper_half_of_a_subsystem_is_taken() -> None:
     made = StepArrays(
         step.x, step.P, np.where(Phi == OTHER, step.Phi, Phi), step.Q, step.z, np.where(H == OTHER, step.H, H), step.R
     )
-    counts = []
+    saved = []
     for order in (groups, turned):
         at = [i for g in order for i in g]
         moved = StepArrays(
             made.x[at], made.P[np.ix_(at, at)], made.Phi[np.ix_(at, at)], made.Q, made.z, made.H[:, at], made.R
         )
-        run: Step = lambda s: decentralised_step(s, groups, [[0], []], triangular=True)  # noqa: E731
-        counts.append(products(run, moved, None, "Phi", "H"))
-    assert decentralised_pattern_cost(Phi, H, groups, [[0], []], triangular=True) == min(counts) < max(counts)
+        count = nodes_counted(
+            moved, groups, [[0], []], moved.H != 0.0, "Phi", "H", triangular=True
+        ).total  # upper halves
+        pattern = (Phi[np.ix_(at, at)], H[:, at], groups, [[0], []])
+        saved.append(count - decentralised_pattern_cost(*pattern, triangular=True))
+    assert saved == [8, 0]
 
 
 def test_a_measurement_of_other_subsystems_reads_their_states() -> None:
@@ -183,6 +197,19 @@ def test_a_measurement_of_other_subsystems_reads_their_states() -> None:
     groups = [[0, 1], [2, 3, 4]]
     assert cut_of(H, groups, [[0], [1]]) == CutSizes.local((2, 3), (1, 1))
     assert cut_of(H, groups, [[0, 1], []]).reads == (5, 0)
+
+
+def test_busiest_node_and_words_of_a_run_are_near_the_formulas() -> None:
+    # Halves of a P_ij of 5 x 5 are 15 and 10 entries where the formula has 12.5 each; rows that select a state send M once.
+    groups, rows = consecutive((5, 5)), consecutive((1, 1))
+    step = a_step(10, 2)
+    H = np.zeros((2, 10))
+    H[0, 0] = H[1, 5] = 1.0
+    made = nodes_counted(StepArrays(step.x, step.P, step.Phi, step.Q, step.z, H, step.R), groups, rows, H != 0.0, "H")
+    assert (made.words, made.rounds) == (words_sent(CutSizes.local((5, 5), (1, 1))), 3)
+    dense = nodes_counted(step, groups, rows, np.ones((2, 10), dtype=bool))
+    assert dense.total == decentralised_cost(CutSizes((5, 5), (1, 1), (10, 10)))
+    assert dense.longest == pytest.approx(busiest_processor_cost(CutSizes((5, 5), (1, 1), (10, 10))), rel=0.08)
 
 
 def test_a_half_of_a_product_is_rounded_once() -> None:
