@@ -70,7 +70,7 @@ def counted_step(
     reads : (m, n) array of bool
         Which states each row reads.
     triangular : bool
-        Of what is symmetric by itself one half is computed.
+        Of what is symmetric by itself one half is computed, the cheaper one.
     """
     n, held = len(step.x), shares(groups)
     arithmetic = _counting(tally, triangular=triangular)
@@ -113,14 +113,22 @@ def _counting(tally: Tally, *, triangular: bool) -> Arithmetic:
         return np.full(shape, zero, dtype=object)
 
     def symmetric(A: Objects, B: Objects) -> Objects:
-        if not triangular:
-            return mirrored(A @ B.T)
-        made = zeros((len(A), len(A)))
-        for i in range(len(A)):
-            made[i, i:] = B[i:] @ A[i]
-        return mirrored(made)
+        return _cheaper_half(A, B, tally) if triangular else mirrored(A @ B.T)
 
     def judge(nu: Objects, S: Objects, R: Objects, usable: BoolArray, thresholds: object) -> Judgement:
         return Judgement(FUSED, nu, nu, np.nan, len(nu), np.nan)
 
     return Arithmetic(inverse, symmetric, judge, zeros, lambda z: np.ones(z.shape, dtype=bool))
+
+
+def _cheaper_half(A: Objects, B: Objects, tally: Tally) -> Objects:
+    """A B', which is symmetric, from its upper or its lower half: only the cheaper one counts."""
+    before = tally.products
+    made, n = np.empty((len(A), len(A)), dtype=object), len(A)
+    for i in range(n):
+        made[i, : i + 1] = B[: i + 1] @ A[i]
+    lower = tally.products - before
+    for i in range(n):
+        made[i, i:] = B[i:] @ A[i]
+    tally.products = before + min(lower, tally.products - before - lower)
+    return mirrored(made)

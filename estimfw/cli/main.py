@@ -34,6 +34,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "observe": ("estimfw.cli.observe", "Tell what the measurements of a config can determine."),
     "discretise": ("estimfw.cli.discretise", "Hold formulas for the process noise of a step against the exact one."),
     "partition": ("estimfw.cli.partition", "Cut the states of a config into the nodes of a decentralised filter."),
+    "cost": ("estimfw.cli.cost", "Count the work of a step in each form; tell where several processors pay."),
     "simulate": ("estimfw.cli.simulate", "Write the record that a config's source simulates."),
     "trial": ("estimfw.cli.trial", "Run several filters over the same draws; judge claims about them."),
     "schema": ("estimfw.cli.schema", "Print or write the JSON Schema of configs."),

@@ -73,6 +73,7 @@ def _frame(chart: Chart) -> dict[str, Any]:
             "title": {"text": chart.horizontal},
             "anchor": f"y{rows}" if rows > 1 else "y",
             **({"range": list(chart.span)} if chart.span else {}),
+            **({"type": "log", "dtick": 1, "exponentformat": "power"} if chart.over else {}),
             **({"type": "log", "dtick": 1} if chart.over else {}),
         },
     }

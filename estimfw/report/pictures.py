@@ -96,6 +96,8 @@ def draw(chart: Chart) -> Figure:
     if chart.over:
         all_axes[-1].set_xscale("log")
         all_axes[-1].xaxis.set_major_formatter(LogLabels())
+    if chart.over:
+        all_axes[-1].set_xscale("log")
     if chart.span:
         all_axes[-1].set_xlim(*chart.span)
     _place(all_axes, row, head, height)

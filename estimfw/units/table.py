@@ -28,6 +28,7 @@ _ALL = (
     _unit("s", 1, s=1),
     _unit("ms", "0.001", s=1),
     _unit("us", "1e-6", s=1),
+    _unit("ns", "1e-9", s=1),
     _unit("min", 60, s=1),
     _unit("h", 3600, s=1),
     _unit("day", 86400, s=1),
