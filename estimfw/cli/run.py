@@ -88,7 +88,8 @@ def _names(*, csv: bool, report: bool) -> list[str]:
 def _say_done(done: Collected, folder: Path | None, written: Sequence[Path]) -> None:
     say("")
     steps, kernel = len(done.prepared.steps), done.prepared.scan.name
-    say(f"{steps} steps with the {kernel} kernel: {done.timing.filter:.2f} s", style="dim")
+    smoother = f", smoother {done.timing.smooth:.2f} s" if done.smoothed is not None else ""
+    say(f"{steps} steps with the {kernel} kernel: {done.timing.filter:.2f} s{smoother}", style="dim")
     pictures = sum(path.suffix == ".png" for path in written)
     names = [path.name for path in written if path.suffix != ".png"]
     names += [f"{pictures} pictures in {Path('figures')}/"] if pictures else []
@@ -115,4 +116,5 @@ def _write(dataset: xr.Dataset, shown: xr.Dataset, folder: Path, *, force: bool,
 
 def _timing(done: Collected) -> dict[str, float]:
     t = done.timing
-    return {"load_s": t.load, "prepare_s": t.prepare, "filter_s": t.filter}
+    smoother = {"smoother_s": t.smooth} if done.smoothed is not None else {}
+    return {"load_s": t.load, "prepare_s": t.prepare, "filter_s": t.filter, **smoother}

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +94,6 @@ def reported(results: Sequence[ChunkResult], best: IntArray) -> ChunkResult:
     if len(results) == 1:
         return results[0]
     steps = np.arange(best.size)
-    return ChunkResult(
-        **{f.name: np.stack([getattr(r, f.name) for r in results])[best, steps] for f in fields(ChunkResult)}
-    )
+    names = [f.name for f in fields(ChunkResult) if f.name != "moves"]
+    made: dict[str, Any] = {name: np.stack([getattr(r, name) for r in results])[best, steps] for name in names}
+    return ChunkResult(**made)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -36,7 +36,7 @@ def scan_runs(
     -------
     list of R FilterState
     ChunkResult
-        All its arrays with a leading axis over the runs.
+        All its arrays with a leading axis over the runs; without moves.
     """
     after, results = [], []
     for r, (scan, state) in enumerate(zip(scans, states, strict=True)):
@@ -44,5 +44,6 @@ def scan_runs(
         state, result = scan.run(state, replace(chunk, samples=samples, readings=chunk.readings[r]))
         after.append(state)
         results.append(result)
-    joined = {f.name: np.stack([getattr(one, f.name) for one in results]) for f in fields(ChunkResult)}
+    names = [f.name for f in fields(ChunkResult) if f.name != "moves"]
+    joined: dict[str, Any] = {name: np.stack([getattr(one, name) for one in results]) for name in names}
     return after, ChunkResult(**joined)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps, row_offsets
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, Moves, SubSteps, row_offsets
 from estimfw.kernels import joseph, ud
 from estimfw.kernels.compiled_discretise import HELD_NOISE, SERIES, VAN_LOAN
 from estimfw.kernels.generated import compiled_scan_for
@@ -80,7 +80,8 @@ class NumbaScan:
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""
-        result = ChunkResult.empty(self.plan, len(chunk), state.provider.shape[-1])
+        result = ChunkResult.empty(self.plan, len(chunk), state.provider.shape[-1], self.settings.moves)
+        moves = result.moves or Moves.none(0, len(self.plan.states))
         x, form, provider = (np.array(a, order="C") for a in (state.x, state.form, state.provider))
         row = np.concatenate([state.row, np.zeros(self.width - state.row.shape[0])])
         d = self.plan.discretisation
@@ -102,6 +103,7 @@ class NumbaScan:
                 result.estimate, result.covariance, result.rows, result.provider, result.innovation, result.sigma, result.nis,
                 result.disposition, result.used, result.log_det,
             ),
+            (moves.transition, moves.noise, moves.drift, moves.form),
         )  # fmt: skip
         if wrong >= 0:
             result.estimate[wrong + 1 :] = result.covariance[wrong + 1 :] = result.rows[wrong + 1 :] = np.nan

@@ -28,7 +28,7 @@ class NumpyScan(StepByStep):
         prior: tuple[FloatArray, FloatArray],
     ) -> None:
         super().__init__(plan, provider, ud if settings.covariance == "ud" else joseph, initial_row, prior)
-        self.settings = settings
+        self.settings, self.moves = settings, settings.moves
 
     def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState:
         x, form, provider = state.x, state.form, state.provider
@@ -44,12 +44,16 @@ class NumpyScan(StepByStep):
             Phi, Q, d = self._tables(process_row, chunk.inputs[k], dt)
             x = Phi @ x + d
             form = self.kernel.predict(form, Phi, Q)
+            if result.moves is not None:
+                result.moves.transition[k], result.moves.noise[k], result.moves.drift[k] = Phi, Q, d
         any_fused = False
         for j, m in enumerate(self.plan.measurements):
             if chunk.due[k, j]:
                 x, form, fused = self._fuse(x, form, m, j, end_row, chunk, k, result)
                 any_fused = any_fused or fused
         result.estimate[k], result.covariance[k] = x, self.kernel.covariance(form)
+        if result.moves is not None:
+            result.moves.form[k] = form
         result.rows[k], result.provider[k] = end_row[: self.plan.layout.provided], provider
         if self.settings.closed_loop and any_fused and self.provider is not None:
             provider = self._correct(provider, x, end_row)

@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 from estimfw.errors import NumericalError
 from estimfw.plan.plan import Plan
 
-__all__ = ["Chunk", "ChunkResult", "FilterSettings", "FilterState", "SubSteps", "lost", "refuse_lost", "row_offsets"]
+__all__ = [
+    "Chunk",
+    "ChunkResult",
+    "FilterSettings",
+    "FilterState",
+    "Moves",
+    "SubSteps",
+    "lost",
+    "refuse_lost",
+    "row_offsets",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -27,10 +37,13 @@ class FilterSettings:
     closed_loop : bool
         After each step with a fused measurement the provider is corrected and the corrected states are reset to zero; the
         covariance is carried over. Otherwise that happens at restarts only.
+    moves : bool
+        The result keeps how each step moved the state: a smoother goes back over it.
     """
 
     covariance: Literal["ud", "joseph"] = "ud"
     closed_loop: bool = False
+    moves: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +82,26 @@ class Chunk:
 
 
 @dataclass(frozen=True, slots=True)
+class Moves:
+    """How K steps moved the state: x <- transition x + drift + w, E[w w'] = noise.
+
+    ``transition`` and ``noise`` (K, n, n), ``drift`` (K, n); a step of no length leaves all as it is. ``form`` (K, n, n) is the
+    covariance after the step in the kernel's form.
+    """
+
+    transition: FloatArray
+    noise: FloatArray
+    drift: FloatArray
+    form: FloatArray
+
+    @classmethod
+    def none(cls, steps: int, n: int) -> Moves:
+        """Of so many steps that leave all as it is."""
+        identity = np.broadcast_to(np.eye(n), (steps, n, n)).copy()
+        return cls(identity, np.zeros((steps, n, n)), np.zeros((steps, n)), np.empty((steps, n, n)))
+
+
+@dataclass(frozen=True, slots=True)
 class ChunkResult:
     """Outcome of K steps.
 
@@ -76,6 +109,7 @@ class ChunkResult:
     ``rows`` (K, provided) the nominal at the end of the step and ``provider`` (K, n_state) the provider's state there, before
     it too. ``disposition`` (K, measurements) is -1 where none was due. ``log_det`` (K, measurements) is ln det S of what was
     fused or gated, NaN else: with the NIS it makes the likelihood of a measurement, -2 ln p = NIS + ln det S + m ln 2 pi.
+    ``moves`` only where the settings ask for them.
     """
 
     estimate: FloatArray
@@ -88,9 +122,10 @@ class ChunkResult:
     disposition: IntArray
     used: IntArray
     log_det: FloatArray
+    moves: Moves | None = None
 
     @classmethod
-    def empty(cls, plan: Plan, steps: int, n_state: int) -> ChunkResult:
+    def empty(cls, plan: Plan, steps: int, n_state: int, moves: bool = False) -> ChunkResult:
         """Of so many steps, before they are done: nothing was due."""
         n, rows, many = len(plan.states), row_offsets(plan)[-1], len(plan.measurements)
         return cls(
@@ -104,6 +139,7 @@ class ChunkResult:
             disposition=np.full((steps, many), -1, dtype=np.int64),
             used=np.zeros((steps, many), dtype=np.int64),
             log_det=np.full((steps, many), np.nan),
+            moves=Moves.none(steps, n) if moves else None,
         )
 
 

@@ -40,6 +40,8 @@ class StepByStep(ABC):
     """
 
     name = "numpy"
+    moves = False
+    """Whether the result keeps them, see `estimfw.estimators.scan.Moves`."""
 
     def __init__(
         self,
@@ -69,7 +71,7 @@ class StepByStep(ABC):
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:
         """K steps; see `Chunk` and `ChunkResult`."""
-        result = ChunkResult.empty(self.plan, len(chunk), state.provider.shape[-1])
+        result = ChunkResult.empty(self.plan, len(chunk), state.provider.shape[-1], self.moves)
         for k in range(len(chunk)):
             state = self._step(state, chunk, k, result)
         return state, result

@@ -36,6 +36,7 @@ def scan(
     prior,
     correction,
     out,
+    moves,
 ):
     """Run the steps of a chunk in place; returns the index of the first step that went wrong, -1 if none.
 
@@ -44,6 +45,7 @@ def scan(
     ``measurements``: offsets, R (rows, most rows), density, sign, thresholds, gated, period.
     ``method``: formula, orders of Phi and Q. ``options``: ud, closed loop, the places in ``row`` that Phi, Q and d depend on.
     ``correction``: (entry, constant, factors) of it, which states it takes, its rows.
+    ``moves``: Phi, Q, d and form of each step for a smoother, or of no steps.
     """
     samples, dts, restart, inputs, readings, due, interval = chunk
     ud, closed, watched = options
@@ -60,6 +62,8 @@ def scan(
     fusing = fusion_space(n, offsets[-1], max(1, R.shape[1]))
     last_dt, last_row, last_inputs = -1.0, np.zeros(watched.shape[0]), np.zeros(inputs.shape[1])
     every_input = np.arange(inputs.shape[1])
+    transitions, noises, drifts, forms = moves
+    moving = forms.shape[0] > 0
     for k in range(dts.shape[0]):
         if restart[k]:
             if correcting:
@@ -78,12 +82,16 @@ def scan(
                 complete_process(process_row)
             predict(x, form, ud, process_row, inputs[k], dt, doublings[k], stale, process, method, predicting)
             last_dt = dt
+            if moving:
+                transitions[k], noises[k], drifts[k] = predicting[5], predicting[6], predicting[7]
         found = (innovations[k], sigmas[k], nises[k], dispositions[k], useds[k], log_dets[k])
         any_fused = fuse_due(
             x, form, ud, row, readings[k], due[k], interval[k], reads, measurements, found, fusing
         )  # fmt: skip
         estimates[k] = x
         covariance(form, ud, covariances[k])
+        if moving:
+            forms[k] = form
         rows_out[k] = row[:provided]
         providers[k] = provider
         if not np.all(np.isfinite(x)):

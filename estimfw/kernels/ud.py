@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["covariance", "factor", "predict", "projected", "update"]
+__all__ = ["covariance", "factor", "orthogonal", "predict", "projected", "split", "update"]
 
 FloatArray = NDArray[np.float64]
 
@@ -35,7 +35,8 @@ def factor(P: FloatArray) -> FloatArray:
     return form
 
 
-def _split(form: FloatArray) -> tuple[FloatArray, FloatArray]:
+def split(form: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """U (..., n, n) and D (..., n)."""
     n = form.shape[-1]
     D = np.einsum("...ii->...i", form).copy()
     return np.triu(form, 1) + np.eye(n), D
@@ -43,39 +44,61 @@ def _split(form: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def covariance(form: FloatArray) -> FloatArray:
     """U D U', (..., n, n)."""
-    U, D = _split(form)
+    U, D = split(form)
     return (U * D[..., None, :]) @ np.swapaxes(U, -1, -2)
 
 
 def predict(form: FloatArray, Phi: FloatArray, Q: FloatArray) -> FloatArray:
     """Thornton: U D U' <- Phi U D U' Phi' + Q, without forming P."""
-    U, D = _split(form)
-    Uq, Dq = _split(factor(Q))
+    U, D = split(form)
+    Uq, Dq = split(factor(Q))
     W = np.concatenate(np.broadcast_arrays(Phi @ U, Uq), axis=-1)
     weight = np.concatenate(np.broadcast_arrays(D, Dq), axis=-1)
-    new = np.zeros_like(W[..., : form.shape[-1]])
-    for j in range(form.shape[-1] - 1, -1, -1):
-        c = weight * W[..., j, :]
-        d = np.einsum("...k,...k->...", W[..., j, :], c)
-        live = d > 0.0
-        u = np.einsum("...ik,...k->...i", W[..., :j, :], c)
+    return orthogonal(W, weight)[0]
+
+
+def orthogonal(W: FloatArray, weight: FloatArray, least: float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """W = U V with V diag(weight) V' = D, by modified weighted Gram-Schmidt from the last row up.
+
+    Parameters
+    ----------
+    W : (..., n, m) array
+    weight : (..., m) array
+    least : float
+        A row of which no larger part than this of its square is left counts as a combination of those below it.
+
+    Returns
+    -------
+    form : (..., n, n) array
+        U and D.
+    V : (..., n, m) array
+        A row without a D is what rounding left of it.
+    """
+    V, n = W.copy(), W.shape[-2]
+    size = least * np.einsum("...jk,...k->...j", W**2, weight) if least else np.zeros(W.shape[:-1])
+    form = np.zeros((*W.shape[:-1], n))
+    for j in range(n - 1, -1, -1):
+        c = weight * V[..., j, :]
+        d = np.einsum("...k,...k->...", V[..., j, :], c)
+        live = d > size[..., j]
+        u = np.einsum("...ik,...k->...i", V[..., :j, :], c)
         u = np.where(live[..., None], u / np.where(live, d, 1.0)[..., None], 0.0)
-        new[..., j, j] = np.where(live, d, 0.0)
-        new[..., :j, j] = u
-        W[..., :j, :] -= u[..., :, None] * W[..., None, j, :]
-    return new
+        form[..., j, j] = np.where(live, d, 0.0)
+        form[..., :j, j] = u
+        V[..., :j, :] -= u[..., :, None] * V[..., None, j, :]
+    return form, V
 
 
 def projected(form: FloatArray, H: FloatArray) -> FloatArray:
     """H P H', (..., m, m)."""
-    U, D = _split(form)
+    U, D = split(form)
     f = H @ U
     return (f * D[..., None, :]) @ np.swapaxes(f, -1, -2)
 
 
 def update(form: FloatArray, h: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """One scalar measurement by Bierman's recursion; arguments and results as `estimfw.kernels.joseph.update`."""
-    U, D = _split(form)
+    U, D = split(form)
     f = np.einsum("...ij,...i->...j", U, h)
     v = D * f
     lead = np.broadcast_shapes(f.shape[:-1], np.shape(r))

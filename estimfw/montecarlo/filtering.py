@@ -54,7 +54,9 @@ class Filtered:
 
 
 def without_monitors(problem: Problem) -> Problem:
-    """Neither monitors nor health act in a Monte Carlo: they could end or restart each run at another instant."""
+    """Monitors and health do not act in a Monte Carlo: they could end or restart runs apart. Nor does a smoother."""
+    if problem.estimator.smoother is not None:
+        problem = replace(problem, estimator=problem.estimator.model_copy(update={"smoother": None}))
     health = problem.config.health
     if not problem.monitors and health is None:
         return problem

@@ -44,6 +44,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         **_measurements(done),
         **_honest(done),
         **_bank(done),
+        **_smoothed(done),
     }
     coordinates: dict[str, Any] = {
         "time": ("time", time, {"units": "s", "long_name": "time, end of the step"}),
@@ -69,6 +70,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         "policies": json.dumps([c.as_json() for c in problem.changes]),
         "equivalence": json.dumps([c.as_json() for c in problem.checks]),
         "undetermined": json.dumps(problem.undetermined),
+        **_smoother(problem),
         **({"truth_model": json.dumps(problem.truth.model.as_json())} if problem.truth is not None else {}),
     }
     made = xr.Dataset(variables, coordinates, attributes)
@@ -96,6 +98,24 @@ def _bank(done: Collected) -> dict[str, Any]:
         "bank_weight": (("time", "member"), weights(done.bank.score)),
         "bank_member": ("time", done.bank.best.astype(np.int32)),
     }
+
+
+def _smoothed(done: Collected) -> dict[str, Any]:
+    if done.smoothed is None:
+        return {}
+    made: dict[str, Any] = {
+        "smoothed": (("time", "state"), done.smoothed.estimate),
+        "smoothed_sigma": (("time", "state"), done.smoothed.sigma),
+        "smoothed_covariance": (("covariance_time", "state", "state_column"), done.smoothed.covariance),
+    }
+    if done.truth is not None:
+        made["smoothed_error"] = (("time", "state"), done.smoothed.estimate - done.truth)
+    if done.output.shape[1]:
+        made["smoothed_output"] = (("time", "output"), done.smoothed.output)
+        made["smoothed_output_sigma"] = (("time", "output"), done.smoothed.output_sigma)
+    if done.output.shape[1] and done.smoothed_output_error is not None:
+        made["smoothed_output_error"] = (("time", "output"), done.smoothed_output_error)
+    return made
 
 
 def _state_axes(done: Collected) -> dict[str, Any]:
@@ -242,6 +262,11 @@ def _recursion(problem: Problem) -> dict[str, Any]:
         "loop": problem.estimator.loop,
         "discretisation": problem.plan.discretisation.describe(),
     }
+
+
+def _smoother(problem: Problem) -> dict[str, Any]:
+    cfg = problem.estimator.smoother
+    return {"smoother": json.dumps(cfg.model_dump())} if cfg is not None else {}
 
 
 def _digest(path: Path) -> str | None:

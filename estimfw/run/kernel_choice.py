@@ -65,7 +65,9 @@ def chosen_scan(
         return UnscentedScan(
             problem.plan, bound, problem.estimator.loop == "closed", problem.estimator.spread, row, prior
         )
-    settings = FilterSettings(problem.estimator.covariance, problem.estimator.loop == "closed")
+    settings = FilterSettings(
+        problem.estimator.covariance, problem.estimator.loop == "closed", moves=problem.estimator.smoother is not None
+    )
     wanted, reason = problem.estimator.kernel, _plain_python(problem.plan, bound)
     if wanted == "numba" and reason:
         raise ConfigError(

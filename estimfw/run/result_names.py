@@ -58,6 +58,19 @@ SHEET: dict[str, tuple[str, str | None]] = {
     "output_honest_sigma": ("standard deviation of each output on the truth model", PER_OUTPUT),
     "output_truth": ("true value of each output, where the source knows it", PER_OUTPUT),
     "output_error": ("value minus truth of each output", PER_OUTPUT),
+    "smoothed": (
+        "estimate of each state at this time that later data count for too, see the attribute smoother",
+        PER_STATE,
+    ),
+    "smoothed_sigma": ("standard deviation of each smoothed estimate, from the filter's own model", PER_STATE),
+    "smoothed_error": ("smoothed estimate minus truth of each state", PER_STATE),
+    "smoothed_covariance": (
+        "covariance of the smoothed estimates",
+        "product of the SI units of its states, see state_unit",
+    ),
+    "smoothed_output": ("value of each output at this time that later data count for too", PER_OUTPUT),
+    "smoothed_output_sigma": ("standard deviation of each smoothed output, from the filter's own model", PER_OUTPUT),
+    "smoothed_output_error": ("smoothed value minus truth of each output", PER_OUTPUT),
     "member": ("start of each member of the bank", None),
     "bank_score": (
         "sum of NIS and ln det S of each member, see estimfw.estimators.bank; infinite where it was lost",

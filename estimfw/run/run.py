@@ -25,6 +25,7 @@ from estimfw.run.load import load_record
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
 from estimfw.run.recovery import Recovery, acts
+from estimfw.run.smoothing import Smoothed, chosen_smoothing
 
 __all__ = ["Collected", "Timing", "run_problem"]
 
@@ -36,15 +37,18 @@ LONGEST_CHUNK = 4096
 #: After something was done about the run's health, which may soon be due again; each chunk is twice as long as the one before.
 SHORT_CHUNK = 64
 CHUNK_NUMBERS = 1 << 23
+#: For a smoother there are so many matrices a step instead of one.
+MOVES = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Wall times in s: reading (or simulating) the record, preparing, and provider and filter together."""
+    """Wall times in s: reading (or simulating) the record, preparing, provider and filter together, and the smoother."""
 
     load: float
     prepare: float
     filter: float
+    smooth: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,14 @@ class Collected:
     timing: Timing
     honest: Honest | None = None
     bank: Judged | None = None
+    smoothed: Smoothed | None = None
+
+    @property
+    def smoothed_output_error(self) -> FloatArray | None:
+        """Smoothed outputs minus truth; None where one of them is not known."""
+        if self.smoothed is None or self.output_truth is None:
+            return None
+        return _output_error(self.prepared, self.smoothed.output, self.output_truth)
 
     @property
     def final(self) -> Prepared:
@@ -109,13 +121,20 @@ def run_problem(
     wanted = covariance_steps(len(prepared.steps), problem.estimator.covariance_samples)
     members = prepared.members
     honest = [HonestSigma(one, problem.truth, wanted) for one in members] if problem.truth is not None else []
+    smoothing = chosen_smoothing(prepared, wanted)
     watchers: list[list[Watcher]] = [
-        [*(watch(one) if watch is not None else ()), *honest[i : i + 1]] for i, one in enumerate(members)
+        [
+            *(watch(one) if watch is not None else ()),
+            *honest[i : i + 1],
+            *([smoothing] if smoothing is not None else []),
+        ]
+        for i, one in enumerate(members)
     ]
     with threadpool_limits(1, user_api="blas"):  # matrices are small: threads only wait for each other
         pieces, filtering, recovered = _scan(prepared, progress, wanted, watchers)
-    timing = Timing(loaded - begin, ready - loaded, filtering)
-    done = _collect(prepared, pieces, wanted, timing, recovered)
+        smoothed = smoothing.smoothed() if smoothing is not None else None
+    timing = Timing(loaded - begin, ready - loaded, filtering, smoothed.seconds if smoothed is not None else 0.0)
+    done = replace(_collect(prepared, pieces, wanted, timing, recovered), smoothed=smoothed)
     if not honest:
         return done
     best = np.concatenate([p.best for p in pieces])
@@ -163,7 +182,8 @@ def _scan(
     Where the health of the run asks for something, a chunk ends at the step at which it is due.
     """
     steps, members, pieces, spent = prepared.steps, prepared.members, list[_Piece](), 0.0
-    longest = length = chunk_length(len(prepared.plan.states), len(members))
+    kept = MOVES if prepared.problem.estimator.smoother is not None else 1
+    longest = length = chunk_length(len(prepared.plan.states), kept * len(members))
     states, covariances = [one.state for one in members], [one.prior[1] for one in members]
     score, first = np.zeros(len(members)), 0
     recovery = Recovery(prepared.problem) if acts(prepared.problem) else None
@@ -252,7 +272,8 @@ def _refuse_too_long(prepared: Prepared) -> None:
     plan, steps = prepared.plan, len(prepared.steps)
     n, outputs = len(plan.states), sum(len(o.components) for o, _ in plan.outputs)
     rows = sum(m.rows for m in plan.measurements)
-    numbers = 4 * n + 4 * outputs + 3 * rows + 7 * len(plan.measurements) + len(prepared.members)
+    smoothed = 2 * n + 2 * outputs if prepared.problem.estimator.smoother is not None else 0
+    numbers = 4 * n + 4 * outputs + 3 * rows + 7 * len(plan.measurements) + len(prepared.members) + smoothed
     text = f"the results of {steps} steps of {n} states"
     refuse_too_large(2.0 * 8.0 * steps * numbers, text, "shorten the record, or run it in parts")
 
@@ -286,7 +307,9 @@ def _piece(
         true_outputs = np.concatenate(parts, axis=1) if parts else empty
     inside = wanted[(wanted >= first) & (wanted < last)] - first
     return _Piece(
-        result=replace(result, covariance=np.zeros((0, 0, 0)), rows=np.zeros((0, 0)), provider=np.zeros((0, 0))),
+        result=replace(
+            result, covariance=np.zeros((0, 0, 0)), rows=np.zeros((0, 0)), provider=np.zeros((0, 0)), moves=None
+        ),
         score=judged.score,
         best=judged.best,
         sigma=np.sqrt(np.maximum(np.einsum("kii->ki", result.covariance), 0.0)),
@@ -309,11 +332,7 @@ def _collect(
 
     known = pieces[0].truth is not None
     output, output_truth = kept("output"), kept("output_truth") if known else None
-    error = None
-    if output_truth is not None:
-        periods = [o.period for o, _ in prepared.plan.outputs for _ in o.components]
-        columns = [wrapped(output[:, i] - output_truth[:, i], p) for i, p in enumerate(periods)]
-        error = np.stack(columns, axis=1) if columns else np.zeros_like(output)
+    error = _output_error(prepared, output, output_truth) if output_truth is not None else None
     disposition, used = joined("disposition").astype(np.int64), joined("used").astype(np.int64)
     bank = Judged(kept("score"), kept("best").astype(np.int64)) if prepared.problem.kind == "bank" else None
     return Collected(
@@ -342,3 +361,9 @@ def _collect(
         timing=timing,
         bank=bank,
     )
+
+
+def _output_error(prepared: Prepared, output: FloatArray, truth: FloatArray) -> FloatArray:
+    periods = [o.period for o, _ in prepared.plan.outputs for _ in o.components]
+    columns = [wrapped(output[:, i] - truth[:, i], p) for i, p in enumerate(periods)]
+    return np.stack(columns, axis=1) if columns else np.zeros_like(output)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Strict, Tag
+from pydantic import Discriminator, Field, Strict, Tag, model_validator
 
 from estimfw.config.generic.estimation import Estimation, StartSpread
 from estimfw.config.generic.kalman import KalmanConfig
+from estimfw.config.generic.smoother import refuse_smoother
 from estimfw.config.generic.unscented import UnscentedConfig
+from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Number, Settings
 from estimfw.errors import ConfigError
 from estimfw.units.quantity import parse_quantity
@@ -59,6 +61,22 @@ class BankConfig(Settings):
     kind: Literal["bank"]
     starts: Annotated[SpreadConfig | None, Field(description="how the starts differ")] = None
     filter: Annotated[Member, Field(description="the settings of each member")] = KalmanConfig()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_smoother(cls, data: Any) -> Any:
+        return refuse_smoother(data, "a bank")
+
+    @model_validator(mode="after")
+    def _no_smoother_of_a_member(self) -> Self:
+        if self.filter.smoother is not None:
+            text = "the reported member changes along the run, and there is no way back from one to another"
+            refuse(
+                "a member of a bank has no smoother",
+                f"{text}; smooth the likeliest start by itself",
+                ("filter", "smoother"),
+            )
+        return self
 
 
 def bank(cfg: BankConfig) -> Estimation:

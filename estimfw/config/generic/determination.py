@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from estimfw.config.filter_config import FilterConfig
 from estimfw.config.generic.estimation import Estimation
 from estimfw.config.generic.kalman import KalmanConfig
+from estimfw.config.generic.smoother import refuse_smoother
 from estimfw.config.types import Settings
 from estimfw.errors import ConfigError
 
@@ -26,6 +27,11 @@ class DeterminationConfig(Settings):
         Literal["auto", "numpy", "numba"],
         Field(description="plain or compiled provider; auto: by the length of the run"),
     ] = "auto"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_smoother(cls, data: Any) -> Any:
+        return refuse_smoother(data, "a determination")
 
 
 def determination(cfg: DeterminationConfig) -> Estimation:

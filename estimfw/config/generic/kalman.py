@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict
 
+from estimfw.config.generic.smoother import SmootherConfig
 from estimfw.config.types import Number, Settings, positive_quantity
 from estimfw.plan.discretisation import Discretisation, Method
 
@@ -69,6 +70,9 @@ class KalmanConfig(RecursionConfig):
         Literal["auto", "numpy", "numba"],
         Field(description="plain or compiled recursion; auto: by the length of the run"),
     ] = "auto"
+    smoother: Annotated[
+        SmootherConfig | None, Field(description="estimates of each instant that later data count for too; null: none")
+    ] = None
 
 
 def discretisation(cfg: RecursionConfig) -> Discretisation:

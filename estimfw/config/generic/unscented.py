@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from estimfw.config.generic.kalman import RecursionConfig
+from estimfw.config.generic.smoother import refuse_smoother
 from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Number
 from estimfw.estimators.sigma_points import Spread
@@ -29,6 +30,11 @@ class UnscentedConfig(RecursionConfig):
     beta: Annotated[Number, Field(ge=0.0, description="what is known of the distribution; 2: it is normal")] = 2.0
     kappa: Annotated[Number, Field(description="second number of the spread, above minus the number of states")] = 0.0
 
+    @model_validator(mode="before")
+    @classmethod
+    def _no_smoother(cls, data: Any) -> Any:
+        return refuse_smoother(data, "an unscented filter")
+
     @model_validator(mode="after")
     def _spreads(self) -> Self:
         if self.kappa <= -1.0:
@@ -41,6 +47,10 @@ class UnscentedConfig(RecursionConfig):
     def covariance(self) -> Literal["ud"]:
         """The form that goes from one step to the next."""
         return "ud"
+
+    @property
+    def smoother(self) -> None:
+        """There is none."""
 
     @property
     def kernel(self) -> Literal["numpy"]:
