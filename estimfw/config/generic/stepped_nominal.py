@@ -43,6 +43,7 @@ class SteppedNominal:
     layout: tuple[NominalVariable, ...]
     times: tuple[float, ...]
     rows: tuple[tuple[float, ...], ...]
+    warnings: tuple[str, ...] = ()
     operations: tuple[Operation, ...] = field(default=(), init=False)
     slots: tuple[CorrectionSlot, ...] = field(default=(), init=False)
     stream: str | None = field(default=None, init=False)
@@ -55,6 +56,7 @@ class SteppedNominal:
         kind: str,
         steps: Sequence[tuple[float, Mapping[str, ArrayLike]]],
         symbols: Mapping[str, tuple[str, str]] | None = None,
+        warnings: tuple[str, ...] = (),
     ) -> SteppedNominal:
         """From (instant in s, values by name) of each step, in order; what is the same in all of them is a constant.
 
@@ -66,6 +68,8 @@ class SteppedNominal:
             The same names and shapes in each.
         symbols : mapping of str to (unit, LaTeX)
             Of variables, for people.
+        warnings : tuple of str
+            What a user should know though it is no error.
 
         Raises
         ------
@@ -86,7 +90,7 @@ class SteppedNominal:
         known = dict(symbols or {})
         layout = tuple(_variable(name, [own[name] for own in arrays], *known.get(name, ("SI", ""))) for name in shapes)
         rows = tuple(tuple(float(x) for v in layout for x in np.ravel(own[v.name])) for own in arrays)
-        return cls(kind, layout, times, rows)
+        return cls(kind, layout, times, rows, warnings)
 
     @property
     def instants(self) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydantic import Field
 from estimfw.config.types import Settings, Site, non_negative_quantity_vector, quantity_vector
 from estimfw.model.frame import Frame
 from estimfw.model.parts import BlockParts, StateBlock
+from estimfw_platform_gravimeter.angles import PLATFORM_JACOBIAN, platform_output
 from estimfw_platform_gravimeter.frames import NAVIGATION, PLATFORM
 
 __all__ = [
@@ -70,8 +72,9 @@ def velocity_error(name: str, cfg: VelocityErrorConfig, site: Site | None) -> Bl
 
 
 def attitude_error(name: str, cfg: AttitudeErrorConfig, site: Site | None) -> BlockParts:
-    """phi in n, rad."""
-    return _parts(_block(name, NAVIGATION, 3, ("rad", "arcmin"), "attitude", r"\phi", "attitude_error_n"), cfg)
+    """phi in n, rad; brings the output ``platform`` (azimuth, tilt_x, tilt_y) with its Jacobian."""
+    parts = _parts(_block(name, NAVIGATION, 3, ("rad", "arcmin"), "attitude", r"\phi", "attitude_error_n"), cfg)
+    return replace(parts, outputs=(platform_output(name),), derived=(PLATFORM_JACOBIAN,))
 
 
 def accel_bias(name: str, cfg: AccelBiasConfig, site: Site | None) -> BlockParts:

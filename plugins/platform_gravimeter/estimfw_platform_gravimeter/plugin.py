@@ -5,7 +5,7 @@ from __future__ import annotations
 import pluggy
 
 from estimfw.registry.component import Component
-from estimfw_platform_gravimeter import blocks
+from estimfw_platform_gravimeter import blocks, platform, platform_error, simulate, velocity
 
 __all__ = ["ESTIMFW_API", "estimfw_components"]
 
@@ -23,4 +23,13 @@ def estimfw_components() -> list[Component]:
         ),
         Component("block", "accel_bias", blocks.AccelBiasConfig, blocks.accel_bias, "accelerometer biases dA in p"),
         Component("block", "gyro_drift", blocks.GyroDriftConfig, blocks.gyro_drift, "gyro drifts eps in p"),
+        Component(
+            "process", "platform_error", platform_error.PlatformErrorConfig, platform_error.platform_error,
+            "error equations of a levelled platform",
+        ),
+        Component("measurement", "velocity", velocity.VelocityConfig, velocity.velocity, "the base stands"),
+        Component(
+            "nominal", "platform", platform.PlatformConfig, platform.platform, "a standing platform, turned by alpha"
+        ),
+        Component("source", "simulate", simulate.SimulateConfig, simulate.simulate, "the exact platform"),
     ]  # fmt: skip
