@@ -97,6 +97,8 @@ def _block(
 
 
 def _parts(block: StateBlock, cfg: _Config) -> BlockParts:
-    covariance = np.diag(np.square(cfg.sigma))
-    rows = tuple(tuple(float(x) for x in row) for row in covariance)
-    return BlockParts(block, rows, tuple(float(x) for x in cfg.mean), frames=(NAVIGATION, PLATFORM))
+    """Over all axes of the frame; of those that are no states it is nothing."""
+    sigma, mean = (np.zeros(len(block.all_axes)) for _ in range(2))
+    sigma[list(block.live)], mean[list(block.live)] = cfg.sigma, cfg.mean
+    rows = tuple(tuple(float(x) for x in row) for row in np.diag(np.square(sigma)))
+    return BlockParts(block, rows, tuple(float(x) for x in mean), frames=(NAVIGATION, PLATFORM))

@@ -7,125 +7,129 @@ commands, resolved in the axes that the computer believes in, and by its drifts;
     phi'   = J(phi) omega,                    J = I - [phi x] / 2 + D(|phi|) [phi x]^2
     V'     = C_pn ((exp([phi x]) C_pn)^T (0, 0, g) + dA) - (2 omega_ie + omega_en(V)) x V        East and North
 
-J takes the rate of a rotation to that of its rotation vector (Bortz 1971). All functions take arrays with leading axes, complex
-ones too, so that their Jacobians can be had to the last digit.
+J takes the rate of a rotation to that of its rotation vector (Bortz 1971). Numbers may be complex, so that the Jacobian can be had
+to the last digit.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
+from numba import njit
 
-__all__ = ["StandingPlatform", "advanced", "platform_rates"]
+# mypy: disallow-untyped-defs=False, disallow-untyped-decorators=False, check-untyped-defs=False
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, type-arg, untyped-decorator"
 
-Array = NDArray[Any]
+__all__ = ["motion", "platform_rates"]
 
-#: Below this |phi|^2 the series of three functions of the angle is right to the last digit.
-_SMALL = 1e-2
-
-
-@dataclass(frozen=True, slots=True)
-class StandingPlatform:
-    """How it is turned and where it stands: C_pn (3, 3), earth_rate_n (3,) rad/s, gravity m/s^2, 1 / R in 1/m, tan L."""
-
-    C_pn: Array
-    earth_rate_n: Array
-    gravity: float
-    curvature: float
-    tan_latitude: float
+#: Below this |phi|^2 the series of three functions of the angle are right to the last digit.
+SMALL = 1e-2
 
 
-def platform_rates(
-    velocity: Array, phi: Array, force_error: Array, drift: Array, platform: StandingPlatform
-) -> tuple[Array, Array]:
-    """V' (..., 2) m/s^2 and phi' (..., 3) rad/s.
+@njit(cache=True)
+def platform_rates(x, sensors, C, earth, place):
+    """d/dt of x = (V_E, V_N, phi_E, phi_N, phi_U), in m/s^2 and rad/s.
 
-    Parameters
-    ----------
-    velocity : (..., 2) array, m/s
-        Computed, East and North; that of the base is 0.
-    phi : (..., 3) array, rad
-        In n.
-    force_error : (..., 2) array, m/s^2
-        Bias and noise of the accelerometers x and y.
-    drift : (..., 3) array, rad/s
-        Drift and noise of the gyros, in p.
-    platform : StandingPlatform
+    ``sensors``: errors of the accelerometers x and y (m/s^2) and drifts x, y, z (rad/s), with noise. ``C`` (3, 3) is C_pn,
+    ``earth`` (3,) omega_ie in n, ``place`` g, 1 / R and tan L.
     """
-    C, earth = platform.C_pn, platform.earth_rate_n
-    east, north = velocity[..., 0], velocity[..., 1]
-    over_earth = platform.curvature * np.stack([-north, east, platform.tan_latitude * east], axis=-1)
-    real = _exponential(phi)
-    omega = _turned(real, earth + over_earth + drift @ C.T) - earth
-    up = np.array([0.0, 0.0, platform.gravity])
-    level = (_turned(np.swapaxes(real @ C, -1, -2), up)[..., :2] + force_error) @ C[:2, :2].T
-    vertical = 2.0 * earth[2] + over_earth[..., 2]
-    return level + np.stack([vertical * north, -vertical * east], axis=-1), _turned(_vector_rate(phi), omega)
+    gravity, curvature, tan_latitude = place[0], place[1], place[2]
+    phi = (x[2], x[3], x[4])
+    sine, versine, D = _functions_of(phi[0] * phi[0] + phi[1] * phi[1] + phi[2] * phi[2])
+    azimuth_transport = curvature * tan_latitude * x[0]
+    drift = _times(C, (sensors[2], sensors[3], sensors[4]))
+    commanded = (
+        earth[0] - curvature * x[1] + drift[0],
+        earth[1] + curvature * x[0] + drift[1],
+        earth[2] + azimuth_transport + drift[2],
+    )
+    real = _turns(phi, commanded, sine, versine)
+    omega = (real[0] - earth[0], real[1] - earth[1], real[2] - earth[2])
+    rate = _turns(phi, omega, -0.5, D)
+    sensed = _transposed_times(C, _turns(phi, (0.0, 0.0, gravity), -sine, versine))
+    force = (sensed[0] + sensors[0], sensed[1] + sensors[1])
+    vertical = 2.0 * earth[2] + azimuth_transport
+    return (
+        C[0, 0] * force[0] + C[0, 1] * force[1] + vertical * x[1],
+        C[1, 0] * force[0] + C[1, 1] * force[1] - vertical * x[0],
+        rate[0],
+        rate[1],
+        rate[2],
+    )
 
 
-def advanced(
-    velocity: Array, phi: Array, force_error: Array, drift: Array, platform: StandingPlatform, dt: float
-) -> tuple[Array, Array]:
-    """Velocity and phi after dt (s), in which the errors of the sensors are constant; Runge and Kutta's fourth order.
+@njit(cache=True)
+def motion(start, sensors, C, earth, place, lengths, out):
+    """x of R runs at the ends of K steps into ``out`` (R, K, 5), by Runge and Kutta's fourth order.
 
-    The fastest motion has Schuler's period, 84 min: with dt of a second the error is 1e-15 of what moves.
+    ``start`` (R, 5); ``sensors`` (R, K, 5), constant over a step; ``C`` (K, 3, 3), ``earth`` (K, 3), ``place`` (K, 3), lengths of
+    the steps (K,) s. The fastest motion has Schuler's period, 84 min: with steps of a second the error is 1e-15 of what moves.
     """
-
-    def rates(V: Array, angle: Array) -> tuple[Array, Array]:
-        return platform_rates(V, angle, force_error, drift, platform)
-
-    a = rates(velocity, phi)
-    b = rates(velocity + 0.5 * dt * a[0], phi + 0.5 * dt * a[1])
-    c = rates(velocity + 0.5 * dt * b[0], phi + 0.5 * dt * b[1])
-    d = rates(velocity + dt * c[0], phi + dt * c[1])
-    move = [dt / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) for i in range(2)]
-    return velocity + move[0], phi + move[1]
-
-
-def _turned(matrix: Array, vector: Array) -> Array:
-    return np.asarray(np.einsum("...ij,...j->...i", matrix, vector))
-
-
-def _skew(v: Array) -> Array:
-    zero = np.zeros_like(v[..., 0])
-    x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape((*v.shape, 3))
+    x, at, slope = np.empty(5), np.empty(5), np.empty((4, 5))
+    for r in range(start.shape[0]):
+        x[:] = start[r]
+        for k in range(lengths.shape[0]):
+            h = lengths[k]
+            for stage in range(4):
+                part = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
+                for i in range(5):
+                    at[i] = x[i] + (part * slope[stage - 1, i] if stage else 0.0)
+                found = platform_rates(at, sensors[r, k], C[k], earth[k], place[k])
+                for i, value in enumerate(found):
+                    slope[stage, i] = value
+            for i in range(5):
+                x[i] += h / 6.0 * (slope[0, i] + 2.0 * slope[1, i] + 2.0 * slope[2, i] + slope[3, i])
+                out[r, k, i] = x[i]
 
 
-def _exponential(phi: Array) -> Array:
-    """exp([phi x]) (..., 3, 3)."""
-    square, cross = np.sum(phi * phi, axis=-1), _skew(phi)
-    s, half, small = _safe(square)
-    sine = np.where(
-        small, _series(square, (1, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880)), np.sin(2.0 * half) / (2.0 * half)
+@njit(cache=True)
+def _functions_of(square):
+    """sin t / t, (1 - cos t) / t^2 and D = (1 - t / 2 cot t / 2) / t^2 for t^2."""
+    if abs(square) < SMALL:
+        return (
+            _series(square, (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880)),
+            _series(square, (1 / 2, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800)),
+            _series(square, (1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160)),
+        )
+    half = 0.5 * np.sqrt(square)
+    s, c = np.sin(half), np.cos(half)
+    return s * c / half, 2.0 * s * s / square, (1.0 - half * c / s) / square
+
+
+@njit(cache=True)
+def _series(s, c):
+    return c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * c[4])))
+
+
+@njit(cache=True)
+def _turns(phi, v, once, twice):
+    """v + once phi x v + twice phi x (phi x v): exp([+-phi x]) v and J v are of this form."""
+    a = _cross(phi, v)
+    b = _cross(phi, a)
+    return (
+        v[0] + once * a[0] + twice * b[0],
+        v[1] + once * a[1] + twice * b[1],
+        v[2] + once * a[2] + twice * b[2],
     )
-    versine = np.where(
-        small, _series(square, (1 / 2, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800)), 2.0 * np.sin(half) ** 2 / s
+
+
+@njit(cache=True)
+def _cross(u, v):
+    return (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+
+
+@njit(cache=True)
+def _times(C, v):
+    return (
+        C[0, 0] * v[0] + C[0, 1] * v[1] + C[0, 2] * v[2],
+        C[1, 0] * v[0] + C[1, 1] * v[1] + C[1, 2] * v[2],
+        C[2, 0] * v[0] + C[2, 1] * v[1] + C[2, 2] * v[2],
     )
-    return np.asarray(np.eye(3) + sine[..., None, None] * cross + versine[..., None, None] * (cross @ cross))
 
 
-def _vector_rate(phi: Array) -> Array:
-    """J (..., 3, 3)."""
-    square, cross = np.sum(phi * phi, axis=-1), _skew(phi)
-    s, half, small = _safe(square)
-    series = _series(square, (1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160))
-    D = np.where(small, series, (1.0 - half / np.tan(half)) / s)
-    return np.asarray(np.eye(3) - 0.5 * cross + D[..., None, None] * (cross @ cross))
-
-
-def _safe(square: Array) -> tuple[Array, Array, Array]:
-    """|phi|^2 and |phi| / 2 for the closed forms, 1 and 1/2 where the series is taken; and where that is."""
-    small = np.abs(square) < _SMALL
-    s = np.where(small, 1.0, square)
-    return s, 0.5 * np.sqrt(s), small
-
-
-def _series(s: Array, coefficients: tuple[float, ...]) -> Array:
-    total = np.zeros_like(s)
-    for c in reversed(coefficients):
-        total = total * s + c
-    return total
+@njit(cache=True)
+def _transposed_times(C, v):
+    return (
+        C[0, 0] * v[0] + C[1, 0] * v[1] + C[2, 0] * v[2],
+        C[0, 1] * v[0] + C[1, 1] * v[1] + C[2, 1] * v[2],
+        C[0, 2] * v[0] + C[1, 2] * v[1] + C[2, 2] * v[2],
+    )

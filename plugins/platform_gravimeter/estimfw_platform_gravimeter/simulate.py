@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
@@ -25,7 +25,7 @@ from estimfw.errors import ConfigError
 from estimfw.model.nominal import InitialNominal
 from estimfw.plan.over_time import RowsOverTime
 from estimfw.plan.plan import Plan
-from estimfw_platform_gravimeter.exact import StandingPlatform, advanced
+from estimfw_platform_gravimeter.exact import motion
 
 __all__ = ["SimulateConfig", "Simulation", "simulate"]
 
@@ -133,24 +133,18 @@ class Simulation:
         seeds: Sequence[np.random.SeedSequence],
         errors: Mapping[str, FloatArray],
     ) -> Draws:
-        _refuse_other_nominal(plan)
         readings, edges = self._times()
         children = [seed.spawn(2) for seed in seeds]
         of_sensors, of_readings = ([np.random.default_rng(two[k]) for two in children] for k in range(2))
-        rows = self._rows(row, edges)
-        platforms = [_platform(plan, one) for one in rows]
-        V, phi = self._motion(edges, platforms, errors, of_sensors)
+        platform = _platform(plan, self._rows(row, edges))
+        x = self._motion(np.diff(edges), platform, errors, of_sensors)
         at = np.searchsorted(edges[1:], readings - SAME)
-        noise = np.stack([rng.standard_normal((readings.size, 2)) for rng in of_readings]) * self._on
-        values = V[:, at] + self.cfg.velocity_noise * noise
+        noise = np.stack([rng.standard_normal((readings.size, 2)) for rng in of_readings]) * float(self.cfg.noise)
+        values = x[:, at, :2] + self.cfg.velocity_noise * noise
         stream = Stream("velocity", readings, values, ("E", "N"), "sample", 1.0 / self.cfg.rate)
         attributes = {"source": "platform_gravimeter.simulate"}
         record = Record({"velocity": stream}, initial={"time": np.zeros(len(seeds))}, attributes=attributes)
-        return Draws(record, edges[1:], _truth(V, phi, platforms, errors))
-
-    @property
-    def _on(self) -> float:
-        return float(self.cfg.noise)
+        return Draws(record, edges[1:], _truth(x, platform, errors))
 
     def _times(self) -> tuple[FloatArray, FloatArray]:
         """Instants of the readings (N,), and edges of the steps of the simulation (K + 1,), from 0 s."""
@@ -181,56 +175,50 @@ class Simulation:
 
     def _motion(
         self,
-        edges: FloatArray,
-        platforms: Sequence[StandingPlatform],
+        lengths: FloatArray,
+        platform: StandingPlatform,
         errors: Mapping[str, FloatArray],
         generators: Sequence[np.random.Generator],
-    ) -> tuple[FloatArray, FloatArray]:
-        """Computed velocity (R, K, 2) and phi (R, K, 3) at the ends of the steps."""
-        V, phi = errors["velocity_error"], errors["attitude_error"]
-        shape = (len(generators), len(platforms))
-        velocities, angles = np.empty((*shape, 2)), np.empty((*shape, 3))
-        lengths = np.diff(edges)
-        for k, (of_force, of_rate) in enumerate(self._white(lengths, generators)):
-            force, drift = errors["accel_bias"] + of_force, errors["gyro_drift"] + of_rate
-            V, phi = advanced(V, phi, force, drift, platforms[k], float(lengths[k]))
-            velocities[:, k], angles[:, k] = V, phi
-        return velocities, angles
-
-    def _white(
-        self, lengths: FloatArray, generators: Sequence[np.random.Generator]
-    ) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Noise of the accelerometers (R, 2) m/s^2 and of the gyros (R, 3) rad/s in each step, its mean over the step."""
-        normal = self._on * np.stack([rng.standard_normal((lengths.size, 5)) for rng in generators])
-        for k, root in enumerate(np.sqrt(lengths)):
-            yield self.cfg.accel_noise / root * normal[:, k, :2], self.cfg.gyro_noise / root * normal[:, k, 2:]
+    ) -> FloatArray:
+        """Computed velocity and phi (R, K, 5) at the ends of the steps."""
+        normal = float(self.cfg.noise) * np.stack([rng.standard_normal((lengths.size, 5)) for rng in generators])
+        density = np.repeat([self.cfg.accel_noise, self.cfg.gyro_noise], [2, 3])
+        constant = np.concatenate([errors["accel_bias"], errors["gyro_drift"]], axis=1)
+        sensors = constant[:, None] + density / np.sqrt(lengths)[:, None] * normal  # white noise: its mean over a step
+        start = np.concatenate([errors["velocity_error"], errors["attitude_error"]], axis=1)
+        out = np.empty((len(generators), lengths.size, 5))
+        motion(start, sensors, platform.C_pn, platform.earth_rate_n, platform.place, lengths, out)
+        return out
 
 
-def _refuse_other_nominal(plan: Plan) -> None:
-    if "C_pn" not in {v.name for v in plan.layout.variables}:
+@dataclass(frozen=True, slots=True)
+class StandingPlatform:
+    """The nominal in K steps: C_pn (K, 3, 3), the Earth's rate (K, 3) rad/s in n; g (m/s^2), 1 / R (1/m) and tan L, (K, 3)."""
+
+    C_pn: FloatArray
+    earth_rate_n: FloatArray
+    place: FloatArray
+
+
+def _platform(plan: Plan, rows: FloatArray) -> StandingPlatform:
+    nominal = plan.layout.unpack(rows)
+    if "C_pn" not in nominal:
         raise ConfigError(
             "source platform_gravimeter.simulate does not know how the platform stands",
             hint="the config needs `nominal: {kind: platform_gravimeter.platform, alpha: 30 deg}`",
         )
+    place = np.stack([nominal[name] for name in ("gravity", "curvature", "tan_latitude")], axis=-1)
+    return StandingPlatform(*(np.ascontiguousarray(a) for a in (nominal["C_pn"], nominal["earth_rate_n"], place)))
 
 
-def _platform(plan: Plan, row: FloatArray) -> StandingPlatform:
-    nominal = plan.layout.unpack(row)
-    scalars = (float(nominal[name]) for name in ("gravity", "curvature", "tan_latitude"))
-    return StandingPlatform(nominal["C_pn"], nominal["earth_rate_n"], *scalars)
-
-
-def _truth(
-    V: FloatArray, phi: FloatArray, platforms: Sequence[StandingPlatform], errors: Mapping[str, FloatArray]
-) -> dict[str, FloatArray]:
+def _truth(x: FloatArray, platform: StandingPlatform, errors: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """Of runs, at the ends of the steps; what has no vertical part gets a zero there."""
-    computed = np.stack([p.C_pn for p in platforms])
     return {
-        "velocity_error_n": _with_zero(V),
-        "attitude_error_n": phi,
+        "velocity_error_n": _with_zero(x[..., :2]),
+        "attitude_error_n": x[..., 2:],
         "accel_bias_p": _with_zero(errors["accel_bias"])[:, None],
         "gyro_drift_p": errors["gyro_drift"][:, None],
-        "C_pn": exponential(phi) @ computed,
+        "C_pn": exponential(x[..., 2:]) @ platform.C_pn,
     }
 
 
