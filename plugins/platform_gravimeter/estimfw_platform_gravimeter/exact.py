@@ -7,7 +7,7 @@ commands, resolved in the axes that the computer believes in, and by its drifts;
     phi'   = J(phi) omega,                    J = I - [phi x] / 2 + D(|phi|) [phi x]^2
     V'     = C_pn ((exp([phi x]) C_pn)^T (0, 0, g) + dA) - (2 omega_ie + omega_en(V)) x V        East and North
 
-J takes the rate of a rotation to that of its rotation vector (Bortz 1971). Numbers may be complex, so that the Jacobian can be had
+J takes the rate of a rotation to that of its rotation vector (Bortz 1971). They may be complex, so that the Jacobian can be had
 to the last digit.
 """
 
