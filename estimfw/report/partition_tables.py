@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from estimfw.analysis.partition import Cut
-from estimfw.report.numbers import plain, significant
+from estimfw.report.numbers import UNKNOWN, plain, significant
 from estimfw.report.tables import Cell, Table
 from estimfw.run.partition import PartitionBy, Partitioned
 
@@ -20,7 +20,7 @@ __all__ = [
 MEASURES = {"correlation": "correlation", "coupling": "physical coupling"}
 
 FORM_TEXTS = {
-    "drop": "drop: covariances between nodes set to zero after each step",
+    "drop": "drop: keeps no covariance between nodes",
     "decoupled": "decoupled: each node a filter alone",
 }
 EXACT = (
@@ -70,8 +70,11 @@ def warning_texts(found: Partitioned) -> list[str]:
 
 def group_table(by: PartitionBy) -> Table:
     """Who owns what."""
-    rows = tuple((Cell(n.name), Cell(", ".join(n.states)), Cell(", ".join(n.rows) or "–")) for n in by.nodes)
-    return Table(("node", "states", "rows of measurements"), rows)
+    rows = tuple(
+        (Cell(n.name), Cell(str(len(n.states))), Cell(", ".join(n.measurements) or UNKNOWN), Cell(", ".join(n.blocks)))
+        for n in by.nodes
+    )
+    return Table(("node", "states", "measures", "blocks and states"), rows, frozenset({1}))
 
 
 def objective_text(by: PartitionBy, states: Sequence[str]) -> str:
@@ -114,7 +117,7 @@ def price_table(found: Partitioned) -> Table:
     shown = [found.by_correlation] if same_cut(found) else [found.by_correlation, found.by_coupling]
     head = ["form"]
     for by in shown:
-        head += [f"groups by {MEASURES[by.measure]}", "worst state"]
+        head += [f"by {MEASURES[by.measure]}", "worst state"]
     rows = []
     for k, one in enumerate(found.by_correlation.prices):
         cells = [Cell(FORM_TEXTS[one.form])]

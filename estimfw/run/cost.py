@@ -102,7 +102,7 @@ class Costed:
     name : str
     states, rows : int
     kernel : str
-        ``ud`` or ``joseph``: the dense kernel that the config names.
+        ``ud`` or ``joseph``: the dense kernel that the config names; ``full`` of a decentralised filter.
     varying : str
         Why Phi and Q are made anew at each step, which is not counted here; empty where they are not.
     selecting : bool
@@ -203,7 +203,7 @@ def _selecting(H: Pattern) -> bool:
 
 def _global_forms(Phi: Pattern, H: Pattern, kernel: str, *, run: bool) -> tuple[FormCost, ...]:
     n, m = len(Phi), len(H)
-    as_run = ud_cost if kernel == "ud" else joseph_cost
+    as_run = {"ud": ud_cost, "joseph": joseph_cost}
     formulas = {
         "textbook": textbook_cost(n, m),
         "joseph_at_once": joseph_at_once_cost(n, m),
@@ -213,7 +213,7 @@ def _global_forms(Phi: Pattern, H: Pattern, kernel: str, *, run: bool) -> tuple[
     }
     found = counted_global(Phi, H) if run else {}
     forms = [FormCost(key, products, found.get(key)) for key, products in formulas.items()]
-    return (*forms, FormCost(kernel, as_run(n, m)))
+    return (*forms, *(FormCost(key, cost(n, m)) for key, cost in as_run.items() if key == kernel))
 
 
 def _cut_cost(Phi: Pattern, H: Pattern, nodes: Nodes, link: Link, *, run: bool) -> CutCost:

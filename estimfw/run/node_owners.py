@@ -30,18 +30,21 @@ class OwnedNode:
     measurements: tuple[str, ...]
 
 
-def owned_nodes(model: Model, groups: Sequence[Sequence[int]], owners: Sequence[int]) -> tuple[OwnedNode, ...]:
+def owned_nodes(
+    model: Model, labels: Sequence[str], groups: Sequence[Sequence[int]], owners: Sequence[int]
+) -> tuple[OwnedNode, ...]:
     """A node for each group.
 
     Parameters
     ----------
     model : Model
+    labels : sequence of str
+        Rows of the measurements, in the order of the plan.
     groups : sequence of sequence of int
         States of each.
     owners : sequence of int
-        Group of each row of the measurements, one behind the other.
+        Group of each row.
     """
-    labels = [label for m in model.measurements for label in m.labels]
     made = []
     for g, group in enumerate(groups):
         states = tuple(model.states[i] for i in group)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from estimfw.analysis.coupling import coupling
 from estimfw.analysis.dense_cost import balanced_sizes
@@ -152,7 +153,7 @@ def partition_filter(
         return list(seen)
 
     done = run_problem(problem, progress, watch=watch)
-    P, kept = done.covariance[-1], seen[0]
+    P, kept, labels = done.covariance[-1], seen[0], [label for m in plan.measurements for label in m.labels]
     rho = correlation(P)
     since, change, changed = _change(done, rho)
     unpriced = kept.lost if price else "--no-price"
@@ -161,7 +162,7 @@ def partition_filter(
         cut = best_cut(weights, wanted, seeds)
         owners = [next((g for g, own in enumerate(cut.groups) if set(read) & set(own)), 0) for read in reads]
         prices = () if unpriced else tuple(_price(form, kept, cut.groups, owners) for form in FORMS)
-        return PartitionBy(measure, weights, cut, owned_nodes(problem.model, cut.groups, owners), prices)
+        return PartitionBy(measure, weights, cut, owned_nodes(problem.model, labels, cut.groups, owners), prices)
 
     sigma = np.sqrt(np.maximum(np.diag(P), 0.0))
     return Partitioned(
@@ -182,7 +183,8 @@ def partition_filter(
 
 
 def _price(form: Form, kept: KeptSteps, groups: Groups, owners: Sequence[int]) -> Price:
-    return Price(form, priced(form, groups, kept.steps, kept.prior_mean, kept.prior, owners).ratio[-1])
+    with threadpool_limits(1, user_api="blas"):  # matrices are small: threads only wait for each other
+        return Price(form, priced(form, groups, kept.steps, kept.prior_mean, kept.prior, owners).ratio[-1])
 
 
 def _sizes(problem: Problem, into: int, sizes: Sequence[int]) -> tuple[int, ...]:
@@ -193,6 +195,12 @@ def _sizes(problem: Problem, into: int, sizes: Sequence[int]) -> tuple[int, ...]
             "an unscented filter cannot be cut: successive orthogonalisation is for linear measurements",
             location=problem.document.locate(("estimator", "kind")),
             hint="cut the filter with estimator: {kind: kalman}",
+        )
+    if problem.plan.separation is not None:
+        raise ConfigError(
+            f"the covariance of the form {problem.plan.separation.form!r} is not what the measurements leave",
+            location=problem.document.locate(("estimator", "cross_covariance")),
+            hint="cut the exact filter: --set estimator.cross_covariance=exact",
         )
     n = len(problem.plan.states)
     if into < 2:

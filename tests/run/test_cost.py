@@ -39,7 +39,7 @@ def test_the_published_row_of_ten_states(costed: Costed) -> None:
 def test_every_form_that_runs_takes_what_its_formula_says(costed: Costed) -> None:
     cut = costed.cut
     assert cut is not None
-    for form in (*costed.forms[:-1], *cut.forms):
+    for form in (*(f for f in costed.forms if f.key != "ud"), *cut.forms):
         if form.key == "busiest":  # 13 and 12 of the 25 entries of P_12 are not a half each
             assert form.counted == 1142
         else:
