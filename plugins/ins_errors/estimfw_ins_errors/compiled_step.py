@@ -54,6 +54,7 @@ def step(state, sample, params, process_row, end_row):
     dE, dN = state[8], state[9]
     move(state, process_row, dt)
     aE, aN = aE - (state[8] - dE) / dt, aN - (state[9] - dN) / dt
+    process_row[6], process_row[7] = aE, aN
     write_row(end_row, state, shift, 1.0, aE, aN, rate, params[1])
     for i in range(5):
         state[i] = sample[1 + i]

@@ -8,8 +8,9 @@ sample      length of the step in s; latitude, longitude, V_E, V_N, heading at i
 row         `VARIABLES`
 ==========  =======================================================================================
 
-An INS that had been corrected would have gone on without that error. So the correction moves as an error of the INS does, by the
-complete error equations (`estimfw_ins_errors.local_level`) at the corrected nominal; drifts stay with the filter.
+An INS that had been corrected would have gone on without that error. So the correction moves as an error of the INS does, by
+the complete error equations (`estimfw_ins_errors.local_level`) at the corrected nominal; drifts stay with the filter. The
+acceleration in a row is that of the corrected INS: what is recorded holds g times the tilt besides, more than a ship's own.
 """
 
 from __future__ import annotations
@@ -102,6 +103,7 @@ def step(state: FloatArray, sample: FloatArray, params: FloatArray) -> tuple[Flo
     process_row = row_of(before + params[0] * change, c, acceleration, rate, params[1])
     moved = _moved(c, process_row, dt)
     acceleration = acceleration - (moved[..., 3:5] - c[..., 3:5]) / dt
+    process_row[..., 6:8] = acceleration
     end_row = row_of(before + change, moved, acceleration, rate, params[1])
     return np.concatenate([after, moved], axis=-1), process_row, end_row
 
