@@ -11,8 +11,8 @@ import numpy as np
 from estimfw.data.record import FloatArray
 from estimfw.report.bank import bank_chart
 from estimfw.report.consistency import innovation_chart, nis_chart
-from estimfw.report.palette import BAND, BAND_HONEST, ROLES, SERIES
-from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinned
+from estimfw.report.palette import BAND, BAND_HONEST, BAND_SMOOTHED, ROLES, SERIES
+from estimfw.report.panel import Band, Chart, Curve, Panel, Style, focused, slug, thinned
 from estimfw.report.series import Axis, Series, grouped, series_of
 from estimfw.report.timescale import TimeScale
 from estimfw.report.track import track_charts
@@ -28,6 +28,7 @@ ROWS = 6
 
 FOCUS_NOTE = "Some vertical axes leave out how the run starts, so that its end can be seen."
 HONEST_NOTE = "Lines: the reduced filter's own sigmas. Dashed: the honest ones, on the unreduced model."
+SMOOTHED_NOTE = "Lines: the filter's sigmas. Dashed: the smoothed ones, which data after each instant count for too."
 ANGLE_NOTE = "Angles are drawn without jumps: a curve may go beyond its range by a whole turn (361 deg is 1 deg)."
 
 
@@ -89,10 +90,13 @@ def _axis_charts(dataset: xr.Dataset, axis: Axis, scale: TimeScale, limit: int) 
 
 
 def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
-    value, spread, honest = one.value, 3 * one.sigma, 3 * one.honest
-    columns = (value, one.truth, value - spread, value + spread, value - honest, value + honest)
-    time, (value, truth, *edges) = thinned(time, columns, limit)
+    value, smoothed, spreads = one.value, one.smoothed, [3 * sigma for sigma in (one.sigma, one.honest)]
+    around = [edge for spread in spreads for edge in (value - spread, value + spread)]
+    around += [smoothed - 3 * one.smoothed_sigma, smoothed + 3 * one.smoothed_sigma]
+    time, (value, truth, smoothed, *edges) = thinned(time, (value, one.truth, smoothed, *around), limit)
     curves = [Curve("estimate", time, value, ROLES["value"])]
+    if np.isfinite(smoothed).any():
+        curves.append(Curve("smoothed", time, smoothed, ROLES["smoothed"]))
     if np.isfinite(truth).any():
         curves.append(Curve("truth", time, truth, ROLES["truth"], "dashed"))
     return Panel(
@@ -105,19 +109,22 @@ def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
 
 
 def _error_panel(one: Series, time: FloatArray, limit: int) -> Panel:
-    spread, honest = 3 * one.sigma, 3 * one.honest
-    time, (error, *edges) = thinned(time, (one.error, -spread, spread, -honest, honest), limit)
-    curve = Curve("estimate − truth", time, error, ROLES["value"])
+    around = [sign * 3 * sigma for sigma in (one.sigma, one.honest, one.smoothed_sigma) for sign in (-1, 1)]
+    time, (error, smoothed, *edges) = thinned(time, (one.error, one.smoothed_error, *around), limit)
+    curves = [Curve("estimate − truth", time, error, ROLES["value"])]
+    if np.isfinite(smoothed).any():
+        curves.append(Curve("smoothed − truth", time, smoothed, ROLES["smoothed"]))
     view = focused((time, error), *((time, edge) for edge in edges))
-    return Panel(one.label, one.unit, (curve,), _bands(time, edges), view=view)
+    return Panel(one.label, one.unit, tuple(curves), _bands(time, edges), view=view)
 
 
 def _bands(time: FloatArray, edges: Sequence[FloatArray]) -> tuple[Band, ...]:
-    """The own band, and behind it the honest one where there is one; ``edges`` are lower and upper of both."""
-    lower, upper, low, high = edges
-    if np.isfinite(low).any():
-        return Band("±3σ honest", time, low, high, BAND_HONEST), Band("±3σ own", time, lower, upper, BAND)
-    return (Band("±3σ", time, lower, upper, BAND),) if np.isfinite(lower).any() else ()
+    """The own band, behind it the honest one, before it the smoother's; ``edges`` are lower and upper of each."""
+    own = "±3σ own" if np.isfinite(edges[2]).any() else "±3σ"
+    kinds = ((2, "±3σ honest", BAND_HONEST), (0, own, BAND), (4, "±3σ smoothed", BAND_SMOOTHED))
+    return tuple(
+        Band(name, time, edges[i], edges[i + 1], colour) for i, name, colour in kinds if np.isfinite(edges[i]).any()
+    )
 
 
 def _sigma_charts(dataset: xr.Dataset, scale: TimeScale, limit: int) -> Iterator[Chart]:
@@ -126,6 +133,8 @@ def _sigma_charts(dataset: xr.Dataset, scale: TimeScale, limit: int) -> Iterator
     series = (*series_of(dataset, "output"), *series_of(dataset, "state"))
     panels = [_sigma_panel(group, time, limit) for group in grouped(series, len(SERIES))]
     note = HONEST_NOTE if "honest_sigma" in dataset else ""
+    if "smoothed_sigma" in dataset:
+        note = f"{note} Dotted: smoothed." if note else SMOOTHED_NOTE
     for start in range(0, len(panels), ROWS):
         yield Chart("sigmas", "sigmas", "Standard deviations", scale.unit, tuple(panels[start : start + ROWS]), note)
 
@@ -133,12 +142,17 @@ def _sigma_charts(dataset: xr.Dataset, scale: TimeScale, limit: int) -> Iterator
 def _sigma_panel(group: tuple[Series, ...], time: FloatArray, limit: int) -> Panel:
     curves = []
     for place, (one, colour) in enumerate(zip(group, SERIES, strict=False)):
-        own, honest = (np.where(sigma > 0, sigma, np.nan) for sigma in (one.sigma, one.honest))
-        reduced = bool(np.isfinite(honest).any())
-        thin_time, (own, honest) = thinned(time, (own, honest), limit)
-        curves.append(Curve(one.member, thin_time, own, colour, "dashed" if place % 2 and not reduced else "line"))
+        sigmas = (one.sigma, one.honest, one.smoothed_sigma)
+        own, honest, smoothed = (np.where(sigma > 0, sigma, np.nan) for sigma in sigmas)
+        reduced, later = (bool(np.isfinite(sigma).any()) for sigma in (honest, smoothed))
+        thin_time, (own, honest, smoothed) = thinned(time, (own, honest, smoothed), limit)
+        plain = reduced or later or not place % 2
+        curves.append(Curve(one.member, thin_time, own, colour, "line" if plain else "dashed"))
         if reduced:
             curves.append(Curve(f"{one.member} honest", thin_time, honest, colour, "dashed", listed=False))
+        if later:
+            style: Style = "dotted" if reduced else "dashed"
+            curves.append(Curve(f"{one.member} smoothed", thin_time, smoothed, colour, style, listed=False))
     return Panel(f"σ of {group[0].group}", group[0].unit, tuple(curves), logarithmic=True)
 
 

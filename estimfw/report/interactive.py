@@ -25,7 +25,7 @@ RESOLVED = 1e-3
 LINEAR = 0.7
 """Decades below which a logarithmic axis looks like a linear one."""
 
-DASHES = {"line": "solid", "dashed": "dash"}
+DASHES = {"line": "solid", "dashed": "dash", "dotted": "dot"}
 
 
 def plotly_figure(chart: Chart) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from estimfw.report.markup import facts, note, table
 from estimfw.report.numbers import UNKNOWN, count, plain
 from estimfw.report.panel import Chart
 from estimfw.report.shell import Section, chart_block, document
+from estimfw.report.smoother import smoother_table
 from estimfw.report.tables import (
     disposition_table,
     end_table,
@@ -68,7 +69,7 @@ def points_per_curve(dataset: xr.Dataset) -> int:
     """How many points a curve may have, so that all of them fit into the page."""
     series = dataset.sizes.get("state", 0) + dataset.sizes.get("output", 0)
     rows = sum(dataset.sizes.get(f"{name}_row", 1) for name in measurement_names(dataset))
-    curves = 9 * series + 4 * rows + 12 * len(measurement_names(dataset))
+    curves = (13 if "smoothed" in dataset else 9) * series + 4 * rows + 12 * len(measurement_names(dataset))
     bytes_of_a_point = 2 * 4 * 4 / 3
     return max(40, min(4000, int(DATA_BYTES / bytes_of_a_point / max(curves, 1))))
 
@@ -87,6 +88,8 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
         "At the end",
         _headline_cards(headlines(dataset), start_line(dataset), bank_line(dataset)) + table(end_table(dataset)),
     )
+    gained = smoother_table(dataset)
+    yield Section("smoother", "Smoother", table(gained) if gained.rows else "")
     meanings = meaning_table(dataset)
     yield Section("meanings", "What states stand for", table(meanings) if meanings.rows else "")
     members = bank_table(dataset)

@@ -5,7 +5,18 @@ After Okabe and Ito, "Color Universal Design" (2008); the dark twins are the sam
 
 from __future__ import annotations
 
-__all__ = ["BAND", "BAND_HONEST", "BAND_MOST", "BAND_NEARLY_ALL", "DARK_TWIN", "INK", "ROLES", "SERIES", "SOFT"]
+__all__ = [
+    "BAND",
+    "BAND_HONEST",
+    "BAND_MOST",
+    "BAND_NEARLY_ALL",
+    "BAND_SMOOTHED",
+    "DARK_TWIN",
+    "INK",
+    "ROLES",
+    "SERIES",
+    "SOFT",
+]
 
 INK, SOFT = "#1b1f24", "#57606a"
 
@@ -18,6 +29,9 @@ BAND = "#0072b22e"
 BAND_HONEST = "#e69f0030"
 """The same of the honest sigma."""
 
+BAND_SMOOTHED = "#d55e0038"
+"""The same of a smoother."""
+
 BAND_MOST, BAND_NEARLY_ALL = "#009e7333", "#b0578d2e"
 """Translucent bands of 95 % and of 99 %, in the colours of these bounds."""
 
@@ -25,6 +39,7 @@ ROLES = {
     "value": SERIES[0],
     "truth": INK,
     "mean": SERIES[1],
+    "smoothed": SERIES[1],
     "bound": SERIES[2],
     "bound_outer": SERIES[3],
     "fused": SERIES[0],
@@ -45,6 +60,7 @@ DARK_TWIN = {
     "#56b4e9": "#9ad4f7",
     BAND: "#4db2ec38",
     BAND_HONEST: "#f2b63538",
+    BAND_SMOOTHED: "#ff8a4c42",
     BAND_MOST: "#35c99b3d",
     BAND_NEARLY_ALL: "#e795c438",
 }

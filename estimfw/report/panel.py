@@ -14,7 +14,9 @@ import numpy as np
 from estimfw.data.record import FloatArray
 from estimfw.report.decimate import kept_rows
 
-__all__ = ["Band", "Chart", "Curve", "Panel", "focused", "slug", "thinned"]
+__all__ = ["Band", "Chart", "Curve", "Panel", "Style", "focused", "slug", "thinned"]
+
+Style = Literal["line", "dashed", "dotted", "dots", "crosses"]
 
 OFF_SCALE = 3.5
 SETTLED = 0.2
@@ -31,7 +33,7 @@ class Curve:
     time: FloatArray
     values: FloatArray
     colour: str
-    style: Literal["line", "dashed", "dots", "crosses"] = "line"
+    style: Style = "line"
     listed: bool = True
 
 

@@ -59,8 +59,8 @@ STYLE: dict[Any, object] = {
     "lines.linewidth": 1.3,
 }
 
-DASHES: dict[str, str] = {"line": "-", "dashed": "--", "dots": "none", "crosses": "none"}
-MARKS: dict[str, str] = {"line": "none", "dashed": "none", "dots": ".", "crosses": "x"}
+DASHES: dict[str, str] = {"line": "-", "dashed": "--", "dotted": ":", "dots": "none", "crosses": "none"}
+MARKS: dict[str, str] = {"line": "none", "dashed": "none", "dotted": "none", "dots": ".", "crosses": "x"}
 
 
 def save_picture(chart: Chart, path: Path) -> None:
@@ -145,7 +145,7 @@ def _draw_band(axes: Axes, band: Band) -> None:
 
 
 def _draw_curve(axes: Axes, curve: Curve) -> None:
-    alone = curve.style in ("line", "dashed") and np.isfinite(curve.values).sum() == 1
+    alone = curve.style in ("line", "dashed", "dotted") and np.isfinite(curve.values).sum() == 1
     axes.plot(
         curve.time,
         curve.values,

@@ -19,10 +19,17 @@ __all__ = ["Axis", "Series", "grouped", "series_of"]
 
 Axis = Literal["output", "state"]
 
+# fmt: off
 VARIABLES: dict[Axis, tuple[str, ...]] = {
-    "output": ("output_value", "output_sigma", "output_truth", "output_error", "output_honest_sigma"),
-    "state": ("estimate", "sigma", "truth", "error", "honest_sigma"),
+    "output": (
+        "output_value", "output_sigma", "output_truth", "output_error", "output_honest_sigma",
+        "smoothed_output", "smoothed_output_sigma", "smoothed_output_error",
+    ),
+    "state": (
+        "estimate", "sigma", "truth", "error", "honest_sigma", "smoothed", "smoothed_sigma", "smoothed_error",
+    ),
 }
+# fmt: on
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +85,23 @@ class Series:
     def error(self) -> FloatArray:
         """Estimate minus truth."""
         raw = self._raw(3)
+        return (wrapped(raw) if self._is_angle else raw) * self._scale
+
+    @property
+    def smoothed(self) -> FloatArray:
+        """Smoothed values, beside the estimated ones."""
+        raw = self._raw(5)
+        return (beside(raw, self._value()) if self._is_angle else raw) * self._scale
+
+    @property
+    def smoothed_sigma(self) -> FloatArray:
+        """Standard deviations of the smoothed values."""
+        return self._raw(6) * self._scale
+
+    @property
+    def smoothed_error(self) -> FloatArray:
+        """Smoothed value minus truth."""
+        raw = self._raw(7)
         return (wrapped(raw) if self._is_angle else raw) * self._scale
 
     def _value(self) -> FloatArray:

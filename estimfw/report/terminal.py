@@ -12,6 +12,7 @@ from estimfw.report.bank import bank_line, bank_table
 from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.judgement import sigma_caveat
 from estimfw.report.numbers import UNKNOWN, plain
+from estimfw.report.smoother import smoother_table
 from estimfw.report.tables import Table, disposition_table, end_table, event_table, meaning_table
 from estimfw.run.plausibility import cautions
 from estimfw.run.summary import json_attribute
@@ -56,6 +57,7 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
     if caveat:
         console.print(Text(caveat, style=TONES["warn"]))
     print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
+    print_table(console, "Smoother", smoother_table(dataset))
     print_table(console, "Members of the bank", bank_table(dataset))
     print_table(console, "What states stand for", meaning_table(dataset))
     print_table(console, "Measurements", disposition_table(dataset, brief=True))

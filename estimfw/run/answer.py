@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from estimfw.run.bank_end import bank_end
 from estimfw.run.json_value import without_nan
 from estimfw.run.plausibility import cautions
+from estimfw.run.smoother_gain import smoother_json
 from estimfw.run.summary import events_of, json_attribute, meaning_of, measurement_summaries
 
 if TYPE_CHECKING:
@@ -29,9 +30,11 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
         ``states`` maps a label to value, sigma and unit (SI), with the honest sigma of a reduced model, and with truth and
         error where they are known; ``meaning`` says what a state or output stands for that is not what its label says. Each
         output is an entry of its own (``attitude`` -> ``yaw`` ...), in display units (deg). What is unknown is None; a
-        determination has no states, and its outputs have no sigma. Of a bank ``bank`` tells the reported member and all weights.
+        determination has no states, and its outputs have no sigma. Of a bank ``bank`` tells the reported member and all weights,
+        ``smoother`` what it gained over the run; the last epoch is the filter's.
     """
     row = int(dataset.sizes["time"]) - 1
+    smoother = smoother_json(dataset)
     measurements = {
         m.name: {**m.counts, "nis_mean": m.nis_mean, "degrees_of_freedom": m.freedom}
         for m in measurement_summaries(dataset)
@@ -45,6 +48,7 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
         "states": _states(dataset, row),
         **_outputs(dataset, row),
         **_bank(dataset),
+        **({"smoother": smoother} if smoother is not None else {}),
         "cautions": cautions(dataset),
         "dispositions": {word: sum(m.counts[word] for m in measurement_summaries(dataset)) for word in _words(dataset)},
         "mean_nis": sum(m.nis_mean * m.counts["fused"] for m in fused) / total if total else None,

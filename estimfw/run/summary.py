@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from estimfw.data.record import Event, FloatArray
 from estimfw.run.json_value import without_nan
 from estimfw.run.result_names import DISPOSITIONS, measurement_attribute, measurement_names
+from estimfw.run.smoother_gain import smoother_json
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -135,6 +136,7 @@ def meaning_of(dataset: xr.Dataset, axis: str, column: int) -> str:
 def summarise(dataset: xr.Dataset) -> dict[str, Any]:
     """The summary as plain JSON values, in SI units and in display units; unknown numbers are None."""
     time = dataset["time"].to_numpy()
+    smoother = smoother_json(dataset)
     summary = {
         "title": str(dataset.attrs.get("title", "")),
         "start": float(time[0]) if time.size else None,
@@ -142,6 +144,7 @@ def summarise(dataset: xr.Dataset) -> dict[str, Any]:
         "steps": int(time.size),
         "outputs": [_as_json(value) for value in end_outputs(dataset)],
         "states": [_as_json(value) for value in end_states(dataset)],
+        **({"smoother": smoother} if smoother is not None else {}),
         "measurements": [
             {
                 "name": one.name,

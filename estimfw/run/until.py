@@ -35,6 +35,8 @@ def until(dataset: xr.Dataset, at: float) -> xr.Dataset:
     names = ["time", "covariance_time", *(f"{name}_time" for name in measurement_names(dataset))]
     kept = {name: np.flatnonzero(dataset[name].to_numpy() <= at + SAME) for name in names if name in dataset.coords}
     cut = dataset.isel(kept)
+    if at < time[-1] - SAME:  # a smoother knew what came after
+        cut = cut.drop_vars([name for name in cut.variables if str(name).startswith("smoothed")])
     events = (*_events_until(dataset, cut, at), *implausible_events(cut))
     cut = cut.drop_vars([name for name in cut.variables if str(name).startswith("event_")])
     return cut.assign(event_columns(events))
