@@ -7,6 +7,8 @@ or missing, and how long it was. Where the filter is told something new between 
   differences, stay what they are.
 * A restart begins anew from the prior, which says that nothing of before is known. So nothing that comes after says anything of
   what was before: the smoother is cut there, and the last estimate before a restart is the filter's.
+* A covariance that is larger at the begin of a stretch than at the end of the one before (`health`: inflate) says that the state
+  may have jumped in between: that is noise of the step after it.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from numpy.typing import NDArray
 from estimfw.estimators.stretch import Stretch
 from estimfw.kernels import ud
 
-__all__ = ["Links", "links_of"]
+__all__ = ["Linker", "Links"]
 
 FloatArray = NDArray[np.float64]
 
@@ -42,29 +44,42 @@ class Links:
         return int(self.shift.shape[0])
 
 
-def links_of(stretch: Stretch, kernel: ModuleType, *, factored: bool) -> Links:
-    """The links of a stretch of a run, the first to the step before it.
+class Linker:
+    """Makes the links of a run, stretch by stretch, the first of each to the step before it.
 
     Parameters
     ----------
-    stretch : Stretch
-        Of a filter that keeps its moves.
     kernel : module
         `estimfw.kernels.smooth` or its compiled twin.
     factored : bool
         The filter's covariance has the form U D U'.
     """
-    moves, result = stretch.result.moves, stretch.result
-    assert moves is not None
-    form = np.concatenate([stretch.before.form[None], moves.form])
-    form = form if factored else ud.factor(form)
-    gain, rest = kernel.gain(form[:-1], moves.transition, moves.noise)
-    predicted = np.einsum("kij,kj->ki", moves.transition, _begun(stretch)) + moves.drift
-    shift = np.einsum("kij,kj->ki", gain, result.estimate - predicted)
-    for k in np.flatnonzero(stretch.chunk.restart):
-        gain[k], shift[k] = 0.0, 0.0
-        rest[k] = form[k]
-    return Links(gain, shift, rest, form[1:])
+
+    def __init__(self, kernel: ModuleType, *, factored: bool) -> None:
+        self._kernel, self._factored = kernel, factored
+        self._last: FloatArray | None = None
+
+    def __call__(self, stretch: Stretch) -> Links:
+        """The links of a stretch of a filter that keeps its moves."""
+        moves, result = stretch.result.moves, stretch.result
+        assert moves is not None
+        begin = self._factor(stretch.before.form)
+        last, noise = begin if self._last is None else self._last, moves.noise
+        if not np.array_equal(last, begin):
+            noise = noise.copy()
+            added = moves.transition[0] @ (ud.covariance(begin) - ud.covariance(last)) @ moves.transition[0].T
+            noise[0] += 0.5 * (added + added.T)
+        form = np.concatenate([last[None], self._factor(moves.form)])
+        gain, rest = self._kernel.gain(form[:-1], moves.transition, noise)
+        predicted = np.einsum("kij,kj->ki", moves.transition, _begun(stretch)) + moves.drift
+        shift = np.einsum("kij,kj->ki", gain, result.estimate - predicted)
+        for k in np.flatnonzero(stretch.chunk.restart):
+            gain[k], shift[k], rest[k] = 0.0, 0.0, form[k]
+        self._last = form[-1]
+        return Links(gain, shift, rest, form[1:])
+
+    def _factor(self, form: FloatArray) -> FloatArray:
+        return form if self._factored else ud.factor(form)
 
 
 def _begun(stretch: Stretch) -> FloatArray:

@@ -18,16 +18,18 @@ from estimfw.data.record import SAME, Event, Record, Stream
 from estimfw.data.timeline import Steps
 from estimfw.errors import DataError, UsageError
 from estimfw.estimators.bank import judge, reported, weights
-from estimfw.estimators.scan import Chunk, ChunkResult, refuse_lost, row_offsets
+from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost, row_offsets
+from estimfw.estimators.stretch import Stretch
 from estimfw.kernels.fuse import LATE, MEANINGS
 from estimfw.model.nominal import InitialNominal, changing_at
 from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.outputs import output_values
 from estimfw.run.prepare import begin, timed_samples
+from estimfw.run.session_smoother import SessionSmoother, SmoothedEstimate
 from estimfw.run.waiting_rows import DueRow, WaitingRows
 
-__all__ = ["Estimate", "Session"]
+__all__ = ["Estimate", "Session", "SmoothedEstimate"]
 
 FloatArray = NDArray[np.float64]
 
@@ -39,6 +41,8 @@ class Estimate:
     ``states`` and ``outputs`` map a label to (value, sigma) in SI; ``covariance`` is (n, n). ``dispositions`` says what became of
     each measurement that was due, or late since the step before; ``nis`` holds the NIS of those that were due.
     Of a bank it is the likeliest ``member``; ``weights`` are those of all, see `estimfw.estimators.bank`.
+    ``smoothed`` are, with ``smoother: {kind: fixed_lag}``, the states that the lag has passed since the step before, the earliest
+    first: mostly one, none while the session is shorter than the lag.
     """
 
     time: float
@@ -49,6 +53,7 @@ class Estimate:
     nis: Mapping[str, float]
     member: str = ""
     weights: Mapping[str, float] = field(default_factory=dict)
+    smoothed: tuple[SmoothedEstimate, ...] = ()
 
 
 class Session:
@@ -79,7 +84,8 @@ class Session:
     Raises
     ------
     UsageError
-        The config's start is found from a record, and none is given; or the config preprocesses its record.
+        The config's start is found from a record, and none is given; or the config preprocesses its record, or smooths over an
+        interval that a session cannot know.
     """
 
     def __init__(
@@ -104,6 +110,8 @@ class Session:
         self._members = begin(problem, self._bound, initial, one)
         self._states = [member.state for member in self._members]
         self._score = np.zeros(len(self._members))
+        smoother = problem.estimator.smoother
+        self._smoother = SessionSmoother(problem, smoother) if smoother is not None else None
         self._begin, self._steps, self._last = time, 0, None
         self._samples: list[FloatArray] = []
         self._stamps: list[float] = []
@@ -253,14 +261,32 @@ class Session:
         readings, due, interval = self._due(time, dt, self._rows.take(time))
         inputs = self._inputs.take(time - dt)
         chunk = Chunk(samples, np.array([dt]), np.array([restart]), inputs, readings, due, interval)
+        before = self._states[0]
         done = [member.scan.run(state, chunk) for member, state in zip(self._members, self._states, strict=True)]
         self._states, results = [state for state, _ in done], [result for _, result in done]
         judged = judge(self._plan, results, self._score, scored=self.problem.kind == "bank")
         self._score, result = judged.score[-1], reported(results, judged.best)
         refuse_lost(self._plan, result, self._steps, np.array([time]))
         self.time, self._steps = time, self._steps + 1
-        self._last = self._estimate(result, int(judged.best[0]))
+        smoothed = self._smoother.step(self._stretch(chunk, result, before)) if self._smoother is not None else ()
+        self._last = self._estimate(result, int(judged.best[0]), smoothed)
         return self._last
+
+    def _stretch(self, chunk: Chunk, result: ChunkResult, before: FilterState) -> Stretch:
+        first = self._members[0]
+        return Stretch(
+            plan=self._plan,
+            provider=self._bound,
+            chunk=chunk,
+            result=result,
+            before=before,
+            covariance_before=self._last.covariance if self._last is not None else first.prior[1],
+            prior_mean=first.prior[0],
+            prior=first.prior[1],
+            time=np.array([self.time]),
+            doublings=first.scan.doublings,
+            closed_loop=self.problem.estimator.loop == "closed",
+        )
 
     def _due(
         self, time: float, dt: float, rows: Mapping[str, DueRow]
@@ -288,7 +314,7 @@ class Session:
         fresh, self._ticks[name] = ticks > self._ticks[name], ticks
         return fresh, every
 
-    def _estimate(self, result: ChunkResult, best: int) -> Estimate:
+    def _estimate(self, result: ChunkResult, best: int, smoothed: tuple[SmoothedEstimate, ...]) -> Estimate:
         plan = self._plan
         rows = plan.layout.complete(result.rows)
         sigma = np.sqrt(np.maximum(np.diag(result.covariance[0]), 0.0))
@@ -310,6 +336,7 @@ class Session:
             nis={m.name: float(result.nis[0, j]) for j, m in enumerate(plan.measurements) if m.name in due},
             member=self._members[best].label if self.problem.kind == "bank" else "",
             weights=self._weights(),
+            smoothed=smoothed,
         )
 
     def _weights(self) -> dict[str, float]:

@@ -11,10 +11,11 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.config.compose import Problem
 from estimfw.config.generic.smoother import FixedLagConfig
 from estimfw.data.shelf import Shelf
 from estimfw.estimators.fixed_lag import FixedLag, Lagged
-from estimfw.estimators.links import Links, links_of
+from estimfw.estimators.links import Linker, Links
 from estimfw.estimators.scan import ChunkResult
 from estimfw.estimators.stretch import Stretch
 from estimfw.kernels import ud
@@ -61,13 +62,12 @@ class Smoothing(ABC):
 
     def __init__(self, prepared: Prepared, wanted: NDArray[np.int64]) -> None:
         self._prepared, self._wanted = prepared, wanted
-        self._factored = prepared.problem.estimator.covariance == "ud"
-        self._kernel = smoothing_kernel(prepared)
-        self._seconds = 0.0
+        self._kernel, self._seconds = smoothing_kernel(prepared), 0.0
+        self._linked = Linker(self._kernel, factored=prepared.problem.estimator.covariance == "ud")
 
     def __call__(self, stretch: Stretch) -> None:
         begin = time.perf_counter()
-        self._see(stretch, links_of(stretch, self._kernel, factored=self._factored))
+        self._see(stretch, self._linked(stretch))
         self._seconds += time.perf_counter() - begin
 
     def smoothed(self) -> Smoothed:
@@ -86,7 +86,7 @@ class Smoothing(ABC):
 
     def _part(self, first: int, estimate: FloatArray, covariance: FloatArray, rows: FloatArray) -> Smoothed:
         """What is kept of K steps from ``first`` on, with their nominal (K, provided)."""
-        values, sigmas = smoothed_outputs(self._prepared, estimate, covariance, rows)
+        values, sigmas = smoothed_outputs(self._prepared.problem, estimate, covariance, rows)
         inside = self._wanted[(self._wanted >= first) & (self._wanted < first + len(estimate))] - first
         sigma = np.sqrt(np.maximum(np.einsum("kii->ki", covariance), 0.0))
         return Smoothed(estimate, sigma, values, sigmas, covariance[inside])
@@ -160,13 +160,12 @@ def smoothing_kernel(prepared: Prepared) -> ModuleType:
 
 
 def smoothed_outputs(
-    prepared: Prepared, estimate: FloatArray, covariance: FloatArray, rows: FloatArray
+    problem: Problem, estimate: FloatArray, covariance: FloatArray, rows: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Values and sigmas (K, all components) of the outputs for smoothed states, which correct the nominal rows (K, provided)."""
-    problem, complete = prepared.problem, prepared.plan.layout.complete(rows)
-    result = replace(ChunkResult.empty(prepared.plan, 0, 0), estimate=estimate, covariance=covariance)
+    complete = problem.plan.layout.complete(rows)
+    result = replace(ChunkResult.empty(problem.plan, 0, 0), estimate=estimate, covariance=covariance)
     made = [output_values(problem, o, j, result, complete) for o, j in problem.plan.outputs]
     empty = np.zeros((len(estimate), 0))
-    return np.concatenate([empty, *(v for v, _ in made)], axis=1), np.concatenate(
-        [empty, *(s for _, s in made)], axis=1
-    )
+    values, sigmas = ([empty, *(each[i] for each in made)] for i in (0, 1))
+    return np.concatenate(values, axis=1), np.concatenate(sigmas, axis=1)
