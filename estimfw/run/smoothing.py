@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
 from estimfw.config.generic.smoother import FixedLagConfig
-from estimfw.data.shelf import Shelf
+from estimfw.data.shelf import IN_MEMORY, Shelf
 from estimfw.estimators.fixed_lag import FixedLag, Lagged
 from estimfw.estimators.links import Linker, Links
 from estimfw.estimators.scan import ChunkResult
@@ -97,7 +97,7 @@ class FixedIntervalSmoothing(Smoothing):
 
     def __init__(self, prepared: Prepared, wanted: NDArray[np.int64]) -> None:
         super().__init__(prepared, wanted)
-        self._shelf = Shelf()
+        self._shelf = Shelf(IN_MEMORY)
         self._steps, self._last = 0, np.zeros((0, 0))
 
     def _see(self, stretch: Stretch, links: Links) -> None:
