@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SAME", "Event", "Findings", "FloatArray", "Record", "Stream", "Truth"]
+__all__ = ["SAME", "STATE", "WRITTEN_STATE", "Event", "Findings", "FloatArray", "Record", "Stream", "Truth", "truth_name"]
 
 FloatArray = NDArray[np.float64]
 
@@ -78,11 +78,25 @@ class Truth:
 
     ``values[name]`` has a leading time axis, or none where the quantity is constant. Names and frames
     are those of the nominal variables and of the blocks: ``C_bn`` (..., 3, 3), ``velocity_n`` (..., 3) m/s,
-    ``accel_bias_b`` (..., 3) m/s^2, ``gyro_bias_b`` (..., 3) rad/s.
+    ``accel_bias_b`` (..., 3) m/s^2, ``gyro_bias_b`` (..., 3) rad/s. ``state:LABEL`` is the true value of a state.
+
+    ``between`` says what holds between the instants: the ``next`` one's value, as of a simulation that knows every step, or what
+    is ``linear`` between both, of ``wraps`` the shorter way round a turn; then nothing is known before and after them.
     """
 
     time: FloatArray
     values: Mapping[str, FloatArray]
+    between: Literal["next", "linear"] = "next"
+    wraps: frozenset[str] = frozenset()
+
+
+#: How the truth of a state is called, and how that is written in an archive, where a colon has no place.
+STATE, WRITTEN_STATE = "state:", "state_"
+
+
+def truth_name(written: str) -> str:
+    """The name of a truth, of its name in an archive."""
+    return STATE + written.removeprefix(WRITTEN_STATE) if written.startswith(WRITTEN_STATE) else written
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,17 +57,40 @@ def _value(
 
 
 def truth_at(truth: Truth | None, time: FloatArray) -> dict[str, FloatArray] | None:
-    """The truth at these instants (nearest sample); None where it is not known."""
+    """The truth at these instants, as it says of itself (`Truth.between`); None where it is not known at all."""
     if truth is None or not truth.time.size:
         return None
-    index = np.clip(np.searchsorted(truth.time, time - SAME), 0, truth.time.size - 1)
     count = truth.time.size
+    if truth.between == "linear":
+        return {name: _linear(truth, name, time) for name in truth.values}
+    index = np.clip(np.searchsorted(truth.time, time - SAME), 0, count - 1)
     return {
         name: np.asarray(value)[index]
         if np.shape(value)[:1] == (count,)
         else np.broadcast_to(value, (time.size, *np.shape(value)))
         for name, value in truth.values.items()
     }
+
+
+def _linear(truth: Truth, name: str, time: FloatArray) -> FloatArray:
+    """Between the instants on both sides, NaN outside of them; a constant is known always."""
+    value = np.asarray(truth.values[name], dtype=float)
+    if value.shape[:1] != (truth.time.size,):
+        return np.broadcast_to(value, (time.size, *value.shape))
+    last = truth.time.size - 1
+    if truth.time.size == 1:
+        after = before = np.zeros(time.size, dtype=np.int64)
+    else:
+        after = np.clip(np.searchsorted(truth.time, time - SAME), 1, last)
+        before = after - 1
+    length = np.where(after > before, truth.time[after] - truth.time[before], 1.0)
+    part = np.clip((time - truth.time[before]) / length, 0.0, 1.0).reshape((-1,) + (1,) * (value.ndim - 1))
+    change = value[after] - value[before]
+    change = wrapped(change, 2.0 * np.pi) if name in truth.wraps else change
+    made = np.where(part == 1.0, value[after], value[before] + part * change)
+    outside = (time < truth.time[0] - SAME) | (time > truth.time[-1] + SAME)
+    made[outside] = np.nan
+    return np.asarray(made)
 
 
 def state_truth(problem: Problem, rows: FloatArray, truth: Mapping[str, FloatArray]) -> FloatArray:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.data.record import Record, Stream
+from estimfw.data.record import STATE, WRITTEN_STATE, Record, Stream
 from estimfw.run.files import write_bytes, write_text
 
 __all__ = ["grouped_columns", "write_record"]
@@ -38,9 +38,14 @@ def write_record(record: Record, folder: Path, kind: str, *, force: bool) -> lis
                 write_bytes(path, _npz({"t": stream.time, **period, **grouped_columns(stream)}), force=force)
             )
     if record.truth is not None:
-        truth = {name.replace(":", "_"): np.asarray(value) for name, value in record.truth.values.items()}
+        truth = {_written(name): np.asarray(value) for name, value in record.truth.values.items()}
         written.append(write_bytes(folder / "truth.npz", _npz({"t": record.truth.time, **truth}), force=force))
     return written
+
+
+def _written(name: str) -> str:
+    """The name of a truth in the archive, from which `estimfw.data.record.truth_name` finds back."""
+    return WRITTEN_STATE + name.removeprefix(STATE) if name.startswith(STATE) else name
 
 
 def grouped_columns(stream: Stream) -> dict[str, FloatArray]:
