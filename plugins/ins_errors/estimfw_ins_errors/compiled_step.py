@@ -51,8 +51,12 @@ def step(state, sample, params, process_row, end_row):
     shift[4] = half_turn(shift[4])
     aE, aN, rate = shift[2] / dt, shift[3] / dt, shift[4] / dt
     write_row(process_row, state, shift, params[0], aE, aN, rate, params[1])
-    dE, dN = state[8], state[9]
+    dE, dN, dphi = state[8], state[9], state[10]
     move(state, process_row, dt)
+    north, east = place_rate_left_out(state[0], state[2], state[3], dE, dN, dphi)
+    more_north, more_east = place_rate_left_out(sample[1], sample[3], sample[4], state[8], state[9], state[10])
+    state[10] += 0.5 * dt * (north + more_north)
+    state[11] += 0.5 * dt * (east + more_east)
     aE, aN = aE - (state[8] - dE) / dt, aN - (state[9] - dN) / dt
     process_row[6], process_row[7] = aE, aN
     write_row(end_row, state, shift, 1.0, aE, aN, rate, params[1])
@@ -93,6 +97,23 @@ def move(state, row, dt):
             break
         for i in range(7):
             term[i] = next_term[i]
+
+
+@njit(cache=True)
+def place_rate_left_out(L, VE, VN, dE, dN, dphi):
+    """See `recorded_step`."""
+    if dE == 0.0 and dN == 0.0 and dphi == 0.0:
+        return 0.0, 0.0
+    own, E, N = L - dphi, VE - dE, VN - dN
+    s, c = math.sin(own), math.cos(own)
+    w = 1.0 - E2 * s * s
+    M, P = w**1.5 / (A * (1.0 - E2)), math.sqrt(w) / A
+    bulge = E2 * s * c / w
+    there, flat = math.sin(L), math.cos(L)
+    w = 1.0 - E2 * there * there
+    north = VN * (w**1.5 / (A * (1.0 - E2)) - M) + N * 3.0 * bulge * M * dphi
+    east = VE * math.sqrt(w) / (A * flat) - (VE + E * (s / c) * dphi) * P / c + E * bulge * P / c * dphi
+    return north, east
 
 
 @njit(cache=True)

@@ -8,9 +8,10 @@ sample      length of the step in s; latitude, longitude, V_E, V_N, heading at i
 row         `VARIABLES`
 ==========  =======================================================================================
 
-An INS that had been corrected would have gone on without that error. So the correction moves as an error of the INS does, by
-the complete error equations (`estimfw_ins_errors.local_level`) at the corrected nominal; drifts stay with the filter. The
-acceleration in a row is that of the corrected INS: what is recorded holds g times the tilt besides, more than a ship's own.
+An INS that had been corrected would have gone on without that error. So the correction moves as an error of the INS does, by the
+complete error equations (`estimfw_ins_errors.local_level`) at the corrected nominal; drifts stay with the filter. A correction
+grows to tens of arcmin and m/s, so of the place the second order counts too: without it the longitude is 100 m wrong after 4 h.
+The acceleration in a row is that of the corrected INS: what is recorded holds g times the tilt besides, more than a ship's own.
 """
 
 from __future__ import annotations
@@ -101,7 +102,7 @@ def step(state: FloatArray, sample: FloatArray, params: FloatArray) -> tuple[Flo
     change[..., 1] = _half_turn(change[..., 1])
     acceleration, rate = change[..., 2:4] / dt, change[..., 4] / dt[..., 0]
     process_row = row_of(before + params[0] * change, c, acceleration, rate, params[1])
-    moved = _moved(c, process_row, dt)
+    moved = _moved(c, before, after, process_row, dt)
     acceleration = acceleration - (moved[..., 3:5] - c[..., 3:5]) / dt
     process_row[..., 6:8] = acceleration
     end_row = row_of(before + change, moved, acceleration, rate, params[1])
@@ -131,8 +132,8 @@ def _half_turn(angle: FloatArray) -> FloatArray:
     return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
-def _moved(c: FloatArray, row: FloatArray, dt: FloatArray) -> FloatArray:
-    """The correction (..., 7) a step later: exp(A dt) c, by its series."""
+def _moved(c: FloatArray, before: FloatArray, after: FloatArray, row: FloatArray, dt: FloatArray) -> FloatArray:
+    """The correction (..., 7) a step later: exp(A dt) c, by its series, and what the place moves besides."""
     total, term = c, c
     if not np.any(c):
         return c
@@ -141,7 +142,27 @@ def _moved(c: FloatArray, row: FloatArray, dt: FloatArray) -> FloatArray:
         total = total + term
         if np.all(np.abs(term) <= 1e-17 * np.abs(total)):
             break
+    total[..., 5:] += 0.5 * dt * (place_rate_left_out(before, c) + place_rate_left_out(after, total))
     return total
+
+
+def place_rate_left_out(recorded: FloatArray, c: FloatArray) -> FloatArray:
+    """By how much the rates (..., 2) of latitude and longitude of the record and of the corrected INS differ, less `error_rate`.
+
+    Parameters
+    ----------
+    recorded : (..., 5) array
+    c : (..., 7) array
+        The correction.
+    """
+    L, VE, VN = recorded[..., 0], recorded[..., 2], recorded[..., 3]
+    _, _, _, dE, dN, dphi, _ = np.moveaxis(c, -1, 0)
+    own, E, N = L - dphi, VE - dE, VN - dN
+    M, P, sec, tan = meridian_curvature(own), prime_vertical_curvature(own), 1.0 / np.cos(own), np.tan(own)
+    north = VN * meridian_curvature(L) - VN * M + N * meridian_slope(own) * dphi
+    east = VE * prime_vertical_curvature(L) / np.cos(L) - (VE + E * tan * dphi) * P * sec
+    east = east + E * prime_vertical_slope(own) * sec * dphi
+    return np.stack([north, east], axis=-1)
 
 
 def error_rate(c: FloatArray, row: FloatArray) -> FloatArray:
