@@ -9,7 +9,18 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SAME", "STATE", "WRITTEN_STATE", "Event", "Findings", "FloatArray", "Record", "Stream", "Truth", "truth_name"]
+__all__ = [
+    "SAME",
+    "STATE",
+    "WRITTEN_STATE",
+    "Event",
+    "Findings",
+    "FloatArray",
+    "Record",
+    "Stream",
+    "Truth",
+    "truth_name",
+]
 
 FloatArray = NDArray[np.float64]
 

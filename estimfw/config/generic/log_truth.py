@@ -32,7 +32,9 @@ class LogTruthConfig(Settings):
     """
 
     file: Annotated[str, Field(description="path of the file")]
-    format: Annotated[Literal["auto", "csv", "npz"], Field(description="auto: npz by the suffix .npz, else csv")] = "auto"
+    format: Annotated[Literal["auto", "csv", "npz"], Field(description="auto: npz by the suffix .npz, else csv")] = (
+        "auto"
+    )
     time: Annotated[str | None, Field(description="column of the time stamps (CSV: time, NPZ: t)")] = None
     time_unit: Annotated[str, Field(description="unit of the time stamps, such as ms")] = "s"
     columns: Annotated[
