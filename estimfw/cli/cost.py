@@ -15,7 +15,8 @@ from estimfw.errors import ConfigError, UsageError
 if TYPE_CHECKING:
     from estimfw.analysis.speed_up import Link
     from estimfw.config.compose import Problem
-    from estimfw.run.cost import Nodes
+    from estimfw.run.cost import Costed, Nodes
+    from estimfw.run.measured_cost import Measured
 
 __all__ = ["command"]
 
@@ -49,12 +50,15 @@ LATENCY, BANDWIDTH, MULTIPLICATION = "50 us", "125 MB/s", "1 ns"
 )
 @click.option("--count/--no-count", default=None, help="Run the forms on numbers that count (default: to 40 states).")
 @click.option(
+    "--measure", "timed", is_flag=True, help="Time the nodes over steps of the record, beside the prediction."
+)
+@click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="FILE.html", help="Write a page, and pictures beside it."
 )
 @click.option("--force", is_flag=True, help="Replace files that are there.")
 def command(
     config: Path, overrides: tuple[str, ...], as_json: bool, into: int | None, sizes: str | None, latency: str,
-    bandwidth: str, multiply_time: str, count: bool | None, output: Path | None, force: bool,
+    bandwidth: str, multiply_time: str, count: bool | None, timed: bool, output: Path | None, force: bool,
 ) -> None:  # fmt: skip
     """Count the multiplications of a step of CONFIG: textbook, Joseph, symmetric, without zeros, and cut into nodes.
 
@@ -75,20 +79,21 @@ def command(
     problem = open_problem(config, overrides)
     nodes = _nodes(problem, into if into is not None else len(wanted), wanted, as_json)
     costed = cost_of_filter(problem, link, nodes, counted=count)
+    measured = _measured(problem, costed, as_json) if timed else None
     if as_json:
         from estimfw.report.cost_tables import cost_json
 
-        click.echo(json.dumps(cost_json(costed), allow_nan=False))
+        click.echo(json.dumps(cost_json(costed, measured), allow_nan=False))
     else:
         from estimfw.report.cost_text import print_cost
 
-        print_cost(costed, console())
+        print_cost(costed, console(), measured)
     if costed.cut is None:
         say("no nodes: --into 2 tells what the filter costs cut into two, and where that pays", style="dim")
     if output is not None:
         from estimfw.report.cost_page import write_cost
 
-        say(f"wrote {', '.join(str(path) for path in write_cost(costed, output, force=force))}")
+        say(f"wrote {', '.join(str(path) for path in write_cost(costed, output, measured, force=force))}")
 
 
 def _nodes(problem: Problem, into: int, sizes: tuple[int, ...], quiet: bool) -> Nodes | None:
@@ -103,6 +108,16 @@ def _nodes(problem: Problem, into: int, sizes: tuple[int, ...], quiet: bool) -> 
         raise UsageError("the filter has nodes already", hint="leave out --into and --sizes")
     with progress(quiet) as shown:
         return nodes_by_groups(problem, partition_filter(problem, into, sizes, price=False, progress=shown))
+
+
+def _measured(problem: Problem, costed: Costed, quiet: bool) -> Measured:
+    from estimfw.cli.progress import progress
+    from estimfw.run.measured_cost import measure
+
+    if costed.cut is None:
+        raise UsageError("--measure times nodes, and the filter has none", hint="cut it: --into 2")
+    with progress(quiet) as shown:
+        return measure(problem, costed.cut, shown)
 
 
 def _link(latency: str, bandwidth: str, multiply_time: str) -> Link:

@@ -7,12 +7,13 @@ from html import escape
 from pathlib import Path
 
 from estimfw.report.cost_charts import cost_charts
-from estimfw.report.cost_tables import exchange_table, form_table, times_table, verdicts
+from estimfw.report.cost_tables import exchange_table, form_table, measured_table, times_table, verdicts
 from estimfw.report.markup import table
 from estimfw.report.panel import Chart
 from estimfw.report.shell import Section, chart_block, document
 from estimfw.run.cost import Costed
 from estimfw.run.files import refuse_existing, write_atomically, write_text
+from estimfw.run.measured_cost import Measured
 from estimfw.version import __version__
 
 __all__ = ["cost_page", "write_cost"]
@@ -22,7 +23,7 @@ def _charts(costed: Costed) -> tuple[Chart, ...]:
     return cost_charts(costed.cut) if costed.cut is not None else ()
 
 
-def cost_page(costed: Costed) -> str:
+def cost_page(costed: Costed, measured: Measured | None = None) -> str:
     """One HTML file, which fetches nothing."""
     charts = _charts(costed)
     sections = [Section("forms", "Multiplications of a step", table(form_table(costed)))]
@@ -35,6 +36,8 @@ def cost_page(costed: Costed) -> str:
                 table(times_table(costed.cut)) + "".join(chart_block(chart, "") for chart in charts),
             ),
         ]
+    if measured is not None:
+        sections.append(Section("measured", "Measured beside predicted", table(measured_table(costed, measured))))
     title = f"Cost of a step: {costed.name}"
     lines = "".join(f"<p>{escape(text)}</p>\n" for text in verdicts(costed))
     size = f"<p>{costed.states} states, {costed.rows} rows of measurements.</p>\n"
@@ -42,7 +45,7 @@ def cost_page(costed: Costed) -> str:
     return document(title, header, sections, charts, __version__)
 
 
-def write_cost(costed: Costed, page: Path, *, force: bool = False) -> list[Path]:
+def write_cost(costed: Costed, page: Path, measured: Measured | None = None, *, force: bool = False) -> list[Path]:
     """Write the page and, beside it, a picture of each chart.
 
     Raises
@@ -55,7 +58,7 @@ def write_cost(costed: Costed, page: Path, *, force: bool = False) -> list[Path]
     pictures = {page.with_name(f"{page.stem}_{chart.key}.png"): chart for chart in _charts(costed)}
     for path in (page, *pictures):
         refuse_existing(path, force=force)
-    written = [write_text(page, cost_page(costed), force=force)]
+    written = [write_text(page, cost_page(costed, measured), force=force)]
     for path, chart in pictures.items():
         written.append(write_atomically(path, partial(save_picture, chart), force=force))
     return written

@@ -7,6 +7,7 @@ from typing import Any
 from estimfw.report.numbers import UNKNOWN, count, plain, significant
 from estimfw.report.tables import Cell, Table
 from estimfw.run.cost import Costed, CutCost, FormCost
+from estimfw.run.measured_cost import TURNS, Measured
 from estimfw.units.data_rate import WORD_BYTES
 
 __all__ = [
@@ -65,6 +66,8 @@ def cost_notes(costed: Costed) -> list[str]:
     busiest = [f for f in cut.forms if f.key == "busiest"] if cut is not None else []
     if any(f.counted is not None and f.counted != f.products for f in busiest):
         told.append(HALVES)
+    if costed.correlated:
+        told.append("Noises of rows are correlated here: telling them apart is not counted.")
     if costed.varying:
         told.append(f"Phi and Q are made anew at each step, which is not counted here ({costed.varying}).")
     return told
@@ -106,6 +109,51 @@ def times_table(cut: CutCost) -> Table:
         (Cell(f"{len(cut.nodes.names)} processors"), Cell(duration(times.several)), Cell(_ratio(times.ratio))),
     )
     return Table(("a step takes", "predicted", "times quicker"), rows, frozenset({1, 2}), link_text(cut))
+
+
+def measured_table(costed: Costed, measured: Measured) -> Table:
+    """Counted work beside measured time."""
+    cut, times = costed.cut, measured.times
+    assert cut is not None
+    parts, link = len(cut.nodes.names), measured.communication
+    lines = (
+        ("one node that owns all", measured.products, times.one, times.one),
+        (
+            f"{parts} nodes, one after the other",
+            cut.products("decentralised"),
+            measured.predicted_together,
+            times.together,
+        ),
+        ("busiest node alone", cut.products("busiest"), measured.predicted_busiest, times.busiest),
+        (f"{parts} processors with this link", None, measured.predicted_busiest + link, times.busiest + link),
+    )
+    rows = [
+        (
+            Cell(text),
+            Cell(count(products) if products is not None else ""),
+            Cell(duration(predicted)),
+            Cell(duration(found)),
+            Cell(_ratio(times.one / predicted)),
+            Cell(_ratio(times.one / found)),
+        )
+        for text, products, predicted, found in lines
+    ]
+    head = ("a step of", "multiplications", "predicted", "measured", "times quicker, predicted", "measured")
+    note = (
+        f"NumPy on one thread of this machine, the shortest of {TURNS} turns; predicted: the products, each "
+        f"{duration(measured.product)} as with one node. {_calls(measured)}The words take {duration(link)} by the link as "
+        f"given: that is not measured. The filter as this config runs it ({measured.kernel}) takes {duration(measured.own)}."
+    )
+    return Table(head, tuple(rows), frozenset(range(1, 6)), note)
+
+
+def _calls(measured: Measured) -> str:
+    """What the busiest node spends on something else than products."""
+    beyond = measured.times.busiest - measured.predicted_busiest
+    if beyond < 0.5 * measured.predicted_busiest:
+        return ""
+    spent = f"{duration(beyond)} of the busiest node's {duration(measured.times.busiest)}"
+    return f"Calls of NumPy for small blocks take the rest, {spent}: larger nodes have less of it. "
 
 
 def _ratio(ratio: float) -> str:
@@ -174,7 +222,7 @@ def duration(seconds: float) -> str:
     return f"{plain(float(f'{seconds * 1e9:.3g}'))} ns"
 
 
-def cost_json(costed: Costed) -> dict[str, Any]:
+def cost_json(costed: Costed, measured: Measured | None = None) -> dict[str, Any]:
     """All of it as plain JSON values, SI units."""
     cut = costed.cut
     return {
@@ -183,10 +231,25 @@ def cost_json(costed: Costed) -> dict[str, Any]:
         "rows": costed.rows,
         "kernel": costed.kernel,
         "rows_select_states": costed.selecting,
+        "noises_correlated": costed.correlated,
         "made_anew_at_each_step": costed.varying,
         "forms": [_form_json(costed, form) for form in costed.forms],
         "nodes": _cut_json(costed, cut) if cut is not None else None,
+        "measured": _measured_json(measured) if measured is not None else None,
         "verdicts": verdicts(costed),
+    }
+
+
+def _measured_json(measured: Measured) -> dict[str, Any]:
+    times = measured.times
+    return {
+        "one_node": {"multiplications": measured.products, "measured": times.one},
+        "together": {"predicted": measured.predicted_together, "measured": times.together},
+        "busiest": {"predicted": measured.predicted_busiest, "measured": times.busiest},
+        "communication": measured.communication,
+        "speed_up": measured.speed_up,
+        "multiplication": measured.product,
+        "as_run": {"kernel": measured.kernel, "measured": measured.own},
     }
 
 

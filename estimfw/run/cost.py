@@ -107,6 +107,8 @@ class Costed:
         Why Phi and Q are made anew at each step, which is not counted here; empty where they are not.
     selecting : bool
         Whether each row reads one state as it is.
+    correlated : bool
+        Whether rows of one measurement have correlated noises, which have to be told apart first.
     forms : tuple of FormCost
         Of one processor.
     cut : CutCost or None
@@ -119,6 +121,7 @@ class Costed:
     kernel: str
     varying: str
     selecting: bool
+    correlated: bool
     forms: tuple[FormCost, ...]
     cut: CutCost | None
 
@@ -158,6 +161,7 @@ def cost_of_filter(problem: Problem, link: Link, nodes: Nodes | None = None, *, 
         kernel=problem.estimator.covariance,
         varying="" if plan.time_invariant else plan.reason,
         selecting=_selecting(H),
+        correlated=any(R != 0.0 for m in plan.whole.measurements for i, row in enumerate(m.R) for R in row[:i]),
         forms=_global_forms(Phi, H, problem.estimator.covariance, run=run),
         cut=_cut_cost(Phi, H, nodes, link, run=run) if nodes is not None else None,
     )

@@ -87,3 +87,10 @@ def test_what_has_no_products_to_count_is_refused(composed: Composed, example: E
         cost_of_filter(example("odometer_adba"), NETWORK)
     with pytest.raises(ConfigError, match="unscented"):
         cost_of_filter(composed(gravimeter(0, 60, "{kind: unscented}")), NETWORK)
+
+
+def test_correlated_noises_are_told_to_be_left_out(composed: Composed) -> None:
+    text = gravimeter(0, 60)
+    assert not cost_of_filter(composed(text), NETWORK).correlated
+    correlated = composed(text.replace("noise: 0.01 m/s}", "noise: 0.01 m/s, correlation: [[1, 0.5], [0.5, 1]]}"))
+    assert cost_of_filter(correlated, NETWORK).correlated
