@@ -300,10 +300,14 @@ def gains(stretch: Stretch, own: slice, Phi: FloatArray, Q: FloatArray) -> Float
     plan, chunk = stretch.plan, stretch.chunk
     known = np.concatenate([stretch.covariance_before[None], stretch.result.covariance])[own.start : own.stop]
     P = np.where(chunk.restart[own][:, None, None], stretch.prior, known)
+    if plan.separation is not None:
+        P = plan.separation.covariance(P)
     P = Phi @ P @ np.swapaxes(Phi, -1, -2) + Q
     fused = stretch.usable[own].astype(float)
     H = plan.design(stretch.rows[1][own]) * fused[:, :, None]
     R = plan.noise(chunk.interval[own]) * fused[:, :, None] * fused[:, None, :]
+    R[:, range(R.shape[-1]), range(R.shape[-1])] += 1.0 - fused
+    if plan.separation is not None:
+        return plan.separation.gain(P, H, R)[0]
     S = H @ P @ np.swapaxes(H, -1, -2) + R
-    S[:, range(S.shape[-1]), range(S.shape[-1])] += 1.0 - fused
     return np.swapaxes(np.linalg.solve(S, H @ P), -1, -2)

@@ -15,6 +15,7 @@ from estimfw.config.builder import Builder
 from estimfw.config.document import Document
 from estimfw.config.exact_quotient import refuse_inexact_quotient
 from estimfw.config.filter_config import FilterConfig
+from estimfw.config.generic.decentralised import DecentralisedConfig, cut_plan
 from estimfw.config.generic.determination import misplaced_section
 from estimfw.config.generic.estimation import Estimation, RecursionSettings, StartSpread
 from estimfw.config.generic.kalman import discretisation
@@ -72,7 +73,7 @@ class Problem:
     plan : Plan
     kind : str
         Of the estimator.
-    estimator : KalmanConfig or UnscentedConfig
+    estimator : KalmanConfig, UnscentedConfig or DecentralisedConfig
         How its recursion is done.
     starts : StartSpread or None
         How the starts of a bank differ.
@@ -147,9 +148,9 @@ def compose(document: Document, registry: Registry) -> Problem:
     checks = _checks(cfg, provider, model, document)
     settings = ProviderSettings(frozenset(c.operation for c in checks if c.computed))
     estimator = estimation.filter
-    _refuse_unknown_gates(estimator, build, model)
     settings = replace(settings, evaluation=discretisation(estimator).evaluation)
     plan = _plan(model, provider, settings, estimator, document)
+    _refuse_unknown_gates(estimator, build, plan)
     _exact_quotient(model, plan, provider, settings, document)
     _refuse_unknown_health(cfg, model, plan, document)
     truth, unpriced = own_truth(full, model, changes, provider, settings.computed, reference, plan)
@@ -330,13 +331,14 @@ def filter_path(document: Document) -> tuple[str, ...]:
     return ("estimator", "filter") if document.holds(("estimator", "filter")) else ("estimator",)
 
 
-def _refuse_unknown_gates(estimator: RecursionSettings, build: Builder, model: Model) -> None:
+def _refuse_unknown_gates(estimator: RecursionSettings, build: Builder, plan: Plan) -> None:
+    names = {m.name for m in (*plan.whole.measurements, *plan.measurements)}
     for name in estimator.gates:
-        if name not in {m.name for m in model.measurements}:
+        if name not in names:
             raise ConfigError(
                 f"estimator.gates names no measurement: {name!r}",
                 location=build.document.locate((*filter_path(build.document), "gates", name)),
-                hint=did_you_mean(name, (m.name for m in model.measurements)),
+                hint=did_you_mean(name, names),
             )
 
 
@@ -353,7 +355,16 @@ def _plan(
     layout = NominalLayout(provider.variables(settings.computed), (*model.derived, *model.held))
     gates = {m.name: estimator.gates.get(m.name, estimator.gate) for m in model.measurements}
     try:
-        return make_plan(model, layout, provider.slots, discretisation(estimator), gates)
+        plan = make_plan(model, layout, provider.slots, discretisation(estimator), gates)
     except ConfigError as error:
         error.location = error.location or document.locate(("process",))
+        raise
+    return _cut(estimator, model, plan, document) if isinstance(estimator, DecentralisedConfig) else plan
+
+
+def _cut(estimator: DecentralisedConfig, model: Model, plan: Plan, document: Document) -> Plan:
+    try:
+        return cut_plan(estimator, model, plan)
+    except ConfigError as error:
+        document.placed(error, ("estimator",))
         raise

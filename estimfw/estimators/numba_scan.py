@@ -75,6 +75,7 @@ class NumbaScan:
             readings=np.zeros((0, rows)),
             due=np.zeros((0, many), dtype=bool),
             interval=np.ones((0, many)),
+            time=np.zeros(0),
         )
         self.run(FilterState(mean, form, np.zeros(n_state), row), nothing)
 

@@ -66,7 +66,7 @@ class Chunk:
 
     ``samples`` (K, n_sample), ``dt`` (K,) s, ``restart`` (K,) bool, ``inputs`` (K, known inputs); and over all measurements of
     the plan one behind the other: ``readings`` (K, rows), NaN where there is none and 0 for a pseudo-measurement, ``due``
-    (K, measurements) bool, ``interval`` (K, measurements) s.
+    (K, measurements) bool, ``interval`` (K, measurements) s. ``time`` (K,) s are the ends of the steps.
     """
 
     samples: FloatArray
@@ -76,6 +76,7 @@ class Chunk:
     readings: FloatArray
     due: NDArray[np.bool_]
     interval: FloatArray
+    time: FloatArray
 
     def __len__(self) -> int:
         return int(self.dt.shape[0])

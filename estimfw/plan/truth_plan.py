@@ -88,7 +88,7 @@ def make_truth_plan(model: Model, map: Coefficient, of: Plan, slots: tuple[Corre
     layout = NominalLayout(of.layout.variables, (*model.derived, *model.held))
     plan = make_plan(model, layout, slots, of.discretisation, {})
     places = {label: i for i, label in enumerate(label for m in plan.measurements for label in m.labels)}
-    names = [m.name for m in of.measurements]
+    owner = {label: j for j, m in enumerate(of.measurements) for label in m.labels}
     outputs = {o.name: jacobian for o, jacobian in plan.outputs}
     return TruthPlan(
         plan=plan,
@@ -96,7 +96,7 @@ def make_truth_plan(model: Model, map: Coefficient, of: Plan, slots: tuple[Corre
         map=lower(map, layout),
         noises=_noises(model, layout),
         rows=tuple(places.get(label, -1) for m in of.measurements for label in m.labels),
-        measurements=tuple(names.index(m.name) if m.name in names else -1 for m in plan.measurements),
+        measurements=tuple(min((owner[x] for x in m.labels if x in owner), default=-1) for m in plan.measurements),
         inputs=_inputs(plan, of),
         jacobians=tuple(outputs.get(o.name) for o, _ in of.outputs),
     )

@@ -27,7 +27,7 @@ ROWS = 6
 """Panels of one chart: more do not fit on a page."""
 
 FOCUS_NOTE = "Some vertical axes leave out how the run starts, so that its end can be seen."
-HONEST_NOTE = "Lines: the reduced filter's own sigmas. Dashed: the honest ones, on the unreduced model."
+HONEST_NOTE = "Lines: the filter's own sigmas. Dashed: the honest ones, on the model without its reductions."
 SMOOTHED_NOTE = "Lines: the filter's sigmas. Dashed: the smoothed ones, which data after each instant count for too."
 ANGLE_NOTE = "Angles are drawn without jumps: a curve may go beyond its range by a whole turn (361 deg is 1 deg)."
 

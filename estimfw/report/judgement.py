@@ -63,6 +63,11 @@ def sigma_caveat(dataset: xr.Dataset) -> str:
 
 def _honest_line(dataset: xr.Dataset) -> str:
     rough = any(one.get("kind") == "approximate" for one in json_attribute(dataset, "policies", []))
+    form = (json_attribute(dataset, "exchange", None) or {}).get("cross_covariance", "exact")
+    if form != "exact":
+        more = ", on the unreduced model" if rough else ""
+        told = f"The honest sigmas are those of the errors{more}; the nodes' own do not know"
+        return f"{told} what cross_covariance: {form} neglects."
     if not rough and not any(one.get("status") == "mismatch" for one in json_attribute(dataset, "equivalence", [])):
         return "The reduction is exact: the honest sigmas, on the unreduced model, are the filter's own."
     truth = json_attribute(dataset, "truth_model", {})

@@ -14,6 +14,7 @@ from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.heat_map import HeatMap
 from estimfw.report.judgement import nis_verdict, sigma_caveat
 from estimfw.report.markup import facts, note, table
+from estimfw.report.nodes import node_table
 from estimfw.report.numbers import UNKNOWN, count, plain
 from estimfw.report.panel import Chart
 from estimfw.report.shell import Section, chart_block, document
@@ -95,6 +96,8 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
     members = bank_table(dataset)
     bank = drawn("bank", "Bank")
     yield Section("bank", bank.title, bank.body + table(members) if members.rows else "")
+    nodes = node_table(dataset)
+    yield Section("nodes", "Nodes and what they sent", table(nodes) if nodes.rows else "")
     yield drawn("outputs", "Convergence of the outputs")
     yield drawn("output_errors", "Errors of the outputs")
     yield drawn("states", "States", _loop_note(dataset))

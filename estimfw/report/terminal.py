@@ -11,6 +11,7 @@ from rich.text import Text
 from estimfw.report.bank import bank_line, bank_table
 from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.judgement import sigma_caveat
+from estimfw.report.nodes import node_table
 from estimfw.report.numbers import UNKNOWN, plain
 from estimfw.report.smoother import smoother_table
 from estimfw.report.tables import Table, disposition_table, end_table, event_table, meaning_table
@@ -59,6 +60,7 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
     print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
     print_table(console, "Smoother", smoother_table(dataset))
     print_table(console, "Members of the bank", bank_table(dataset))
+    print_table(console, "Nodes and what they sent", node_table(dataset))
     print_table(console, "What states stand for", meaning_table(dataset))
     print_table(console, "Measurements", disposition_table(dataset, brief=True))
     print_table(console, "Events", event_table(dataset, EVENTS_SHOWN))

@@ -57,6 +57,7 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
             {"time": e.time, "source": e.source, "kind": e.kind, "text": e.text, "count": e.count}
             for e in events_of(dataset)
         ],
+        **({"exchange": json_attribute(dataset, "exchange", None)} if "exchange" in dataset.attrs else {}),
         "truth_model": json_attribute(dataset, "truth_model", None),
         "undetermined": json_attribute(dataset, "undetermined", []),
         "policies": json_attribute(dataset, "policies", []),

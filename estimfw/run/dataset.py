@@ -18,6 +18,7 @@ from estimfw.kernels.fuse import MEANINGS
 from estimfw.model.model import Model
 from estimfw.model.parts import Output
 from estimfw.run.event_columns import event_columns
+from estimfw.run.exchanged import exchange_json
 from estimfw.run.plausibility import implausible_events, unmeasured
 from estimfw.run.run import Collected
 from estimfw.units.unit_text import parse_unit
@@ -64,6 +65,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         j = [x.name for x in problem.plan.measurements].index(m.name)
         coordinates[f"{m.name}_time"] = (f"{m.name}_time", time[done.disposition[:, j] >= 0], {"units": "s"})
         coordinates[f"{m.name}_row"] = (f"{m.name}_row", [_row(label) for label in m.labels])
+    exchange = exchange_json(done.prepared)
     attributes = {
         "title": problem.config.name,
         "provenance": json.dumps(provenance(done)),
@@ -71,6 +73,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         "equivalence": json.dumps([c.as_json() for c in problem.checks]),
         "undetermined": json.dumps(problem.undetermined),
         **_smoother(problem),
+        **({"exchange": json.dumps(exchange)} if exchange is not None else {}),
         **({"truth_model": json.dumps(problem.truth.model.as_json())} if problem.truth is not None else {}),
     }
     made = xr.Dataset(variables, coordinates, attributes)

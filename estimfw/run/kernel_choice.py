@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem, filter_path
+from estimfw.config.generic.decentralised import DecentralisedConfig
 from estimfw.config.generic.unscented import UnscentedConfig
 from estimfw.data.record import Event
 from estimfw.errors import ConfigError
+from estimfw.estimators.decentralised.exchange import InProcessExchange, Silence
+from estimfw.estimators.decentralised.scan import DecentralisedScan
 from estimfw.estimators.numpy_scan import NumpyScan
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterSettings, FilterState, SubSteps
 from estimfw.estimators.unscented_scan import UnscentedScan
@@ -65,6 +68,9 @@ def chosen_scan(
         return UnscentedScan(
             problem.plan, bound, problem.estimator.loop == "closed", problem.estimator.spread, row, prior
         )
+    if isinstance(problem.estimator, DecentralisedConfig):
+        loop, exchange = problem.estimator.loop, _exchange(problem.estimator)
+        return DecentralisedScan(problem.plan, bound, loop == "closed", exchange, row, prior)
     settings = FilterSettings(
         problem.estimator.covariance, problem.estimator.loop == "closed", moves=problem.estimator.smoother is not None
     )
@@ -80,6 +86,12 @@ def chosen_scan(
 
         return NumbaScan(problem.plan, bound, settings, row, prior)
     return NumpyScan(problem.plan, bound, settings, row, prior)
+
+
+def _exchange(cfg: DecentralisedConfig) -> InProcessExchange:
+    names = [node.name for node in cfg.nodes]
+    silences = [Silence(names.index(one.node), one.begin, one.until) for one in cfg.exchange.silent]
+    return InProcessExchange(names, silences)
 
 
 def slow_kernel_events(problem: Problem, bound: BoundProvider | None, steps: int) -> tuple[Event, ...]:

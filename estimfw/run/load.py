@@ -90,7 +90,7 @@ def simulated(problem: Problem) -> tuple[Plan, FloatArray]:
 
     It is the model before policies: a reduced filter meets what it leaves out, and all filters on it the same record.
     """
-    plan = problem.plan if problem.truth is None else problem.truth.plan.plan
+    plan = problem.plan.whole if problem.truth is None else problem.truth.plan.plan
     return plan, plan.layout.complete(plan.layout.pack(problem.reference))
 
 

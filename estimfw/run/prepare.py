@@ -229,7 +229,8 @@ def make_chunk(prepared: Prepared, first: int, last: int) -> Chunk:
     else:
         samples = timed_samples(prepared.bound, begin, steps.time[own])
     readings, due, interval = _readings(prepared, own)
-    return Chunk(samples, steps.dt[own], steps.restart[own], inputs_at(prepared.inputs, begin), readings, due, interval)
+    known = inputs_at(prepared.inputs, begin)
+    return Chunk(samples, steps.dt[own], steps.restart[own], known, readings, due, interval, steps.time[own])
 
 
 def timed_samples(bound: BoundProvider | None, begin: FloatArray, end: FloatArray) -> FloatArray:

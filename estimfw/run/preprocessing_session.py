@@ -75,7 +75,7 @@ class PreprocessingSession:
         self._layouts, self._start, self._time, self._start_from = layouts, start, time, start_from
         self._problem = replace(problem, preprocess={})
         self._driver = problem.provider.stream
-        self._read = {m.stream: m.columns for m in problem.plan.measurements if m.stream is not None}
+        self._read = {m.stream: m.columns for m in problem.plan.whole.measurements if m.stream is not None}
         for known in problem.plan.inputs:
             if known.stream is not None:
                 self._read[known.stream] = (*self._read.get(known.stream, ()), *known.columns)

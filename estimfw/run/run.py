@@ -18,6 +18,7 @@ from estimfw.errors import PluginError
 from estimfw.estimators.bank import Judged, judge, reported
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
 from estimfw.estimators.stretch import Stretch, Watcher
+from estimfw.run.exchanged import answered, silence_events
 from estimfw.run.flags import disposition_events, lost_members
 from estimfw.run.health import health_events
 from estimfw.run.honest import Honest, HonestSigma, of_reported
@@ -353,7 +354,8 @@ def _collect(
         output_error=error,
         events=(
             *prepared.events,
-            *disposition_events(prepared, disposition, used, joined("nis")),
+            *silence_events(prepared),
+            *disposition_events(prepared, answered(prepared, disposition), used, joined("nis")),
             *health_events(prepared.problem, prepared.steps.time, disposition, joined("nis"), joined("innovation")),
             *recovered,
             *(lost_members(prepared, bank.score) if bank is not None else ()),

@@ -260,7 +260,7 @@ class Session:
             self._restarts = [t for t in self._restarts if t > self.time + SAME]
         readings, due, interval = self._due(time, dt, self._rows.take(time))
         inputs = self._inputs.take(time - dt)
-        chunk = Chunk(samples, np.array([dt]), np.array([restart]), inputs, readings, due, interval)
+        chunk = Chunk(samples, np.array([dt]), np.array([restart]), inputs, readings, due, interval, np.array([time]))
         before = self._states[0]
         done = [member.scan.run(state, chunk) for member, state in zip(self._members, self._states, strict=True)]
         self._states, results = [state for state, _ in done], [result for _, result in done]

@@ -156,6 +156,7 @@ def summarise(dataset: xr.Dataset) -> dict[str, Any]:
             for one in measurement_summaries(dataset)
         ],
         "events": _event_counts(events_of(dataset)),
+        **({"exchange": json_attribute(dataset, "exchange", None)} if "exchange" in dataset.attrs else {}),
         "policies": json_attribute(dataset, "policies", []),
         "equivalence": json_attribute(dataset, "equivalence", []),
         "provenance": json_attribute(dataset, "provenance", {}),

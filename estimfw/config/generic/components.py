@@ -5,6 +5,7 @@ from __future__ import annotations
 from estimfw.config.generic import (
     bank,
     blocks,
+    decentralised,
     determination,
     direct,
     estimation,
@@ -63,5 +64,9 @@ def core_components() -> list[Component]:
         Component(
             "estimator", "unscented", unscented.UnscentedConfig, estimation.one_filter,
             "unscented filter: sigma points through the nominal and the measurements",
+        ),
+        Component(
+            "estimator", "decentralised", decentralised.DecentralisedConfig, estimation.one_filter,
+            "nodes that each own a part of the states and exchange words: together one filter",
         ),
     ]  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from estimfw.config.generic.decentralised import DecentralisedConfig
 from estimfw.config.generic.kalman import KalmanConfig
 from estimfw.config.generic.unscented import UnscentedConfig
 from estimfw.units.quantity import Quantity
@@ -11,7 +12,7 @@ from estimfw.units.quantity import Quantity
 __all__ = ["Estimation", "RecursionSettings", "StartSpread", "one_filter"]
 
 #: Settings of a recursion over the whole model.
-RecursionSettings = KalmanConfig | UnscentedConfig
+RecursionSettings = KalmanConfig | UnscentedConfig | DecentralisedConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +47,8 @@ class Estimation:
     Attributes
     ----------
     kind : str
-        ``kalman``, ``unscented``, ``bank``, ``determination``.
-    filter : KalmanConfig or UnscentedConfig
+        ``kalman``, ``unscented``, ``decentralised``, ``bank``, ``determination``.
+    filter : KalmanConfig, UnscentedConfig or DecentralisedConfig
         How the recursion is done; of each member of a bank.
     starts : StartSpread or None
         How the members of a bank differ; None: the start itself is several.

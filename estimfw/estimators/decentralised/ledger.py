@@ -16,13 +16,13 @@ FloatArray = NDArray[np.float64]
 
 @dataclass
 class Absence:
-    """A node did not answer from the step that ends at ``first`` to the one at ``last`` (s); who carried its states on."""
+    """A node did not answer from the step that ends at ``first`` to the one at ``last`` (s); ``deputies`` ran its program."""
 
     node: int
     first: float
     last: float
     steps: int
-    deputy: int
+    deputies: list[int]
 
 
 @dataclass
@@ -80,9 +80,11 @@ class Ledger:
     def absent(self, node: int, time: float, deputy: int) -> None:
         """A node did not answer at the step that ends at this time, s; ``deputy`` ran its program."""
         known = self._open.get(node)
-        if known is None or known.deputy != deputy:
-            known = self._open[node] = Absence(node, time, time, 0, deputy)
+        if known is None:
+            known = self._open[node] = Absence(node, time, time, 0, [])
             self.absences.append(known)
+        if deputy not in known.deputies:
+            known.deputies.append(deputy)
         known.last, known.steps = time, known.steps + 1
 
     def back(self, node: int) -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from estimfw.analysis.counted_number import Tally, counted, values_of
-from estimfw.analysis.dense_cost import Subsystems, decentralised_cost
+from estimfw.analysis.dense_cost import CutSizes, decentralised_cost
 from estimfw.analysis.filter_forms import inverse
 from estimfw.estimators.decentralised.exchange import InProcessExchange, Program, lockstep
 from estimfw.estimators.decentralised.judge import judge, symmetric_product
@@ -332,5 +332,5 @@ def test_unequal_nodes_multiply_what_the_closed_form_says(seed: int, nodes: int,
     system = random_system(np.random.default_rng(seed), nodes, local=local, full_R=False)
     sizes, rows = [len(g) for g in system.groups], [len(r) for r in system.rows]
     n = sum(sizes)
-    cut = Subsystems(tuple(sizes), tuple(rows), tuple(sizes) if local else (n,) * nodes)
+    cut = CutSizes(tuple(sizes), tuple(rows), tuple(sizes) if local else (n,) * nodes)
     assert sum(products(system, symmetric_product)) == decentralised_cost(cut)

@@ -1,0 +1,48 @@
+"""The nodes of a decentralised filter for people: what each owns, and what it sent."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from estimfw.report.numbers import count, significant
+from estimfw.report.tables import Cell, Table
+from estimfw.run.summary import json_attribute
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["node_table"]
+
+HEAD = ("node", "states", "measurements", "messages a step", "words a step", "silent steps")
+FORMS = {
+    "exact": "Together the nodes are one filter: estimates and sigmas are those of the global one, whatever the cut.",
+    "drop": "No covariance between nodes is kept: this is not the global filter, and its own sigmas do not know it.",
+    "decoupled": "Each node is a filter alone: this is not the global filter, and its own sigmas do not know it.",
+}
+
+
+def node_table(dataset: xr.Dataset) -> Table:
+    """No rows where the filter has no nodes."""
+    exchange = json_attribute(dataset, "exchange", None)
+    if not exchange:
+        return Table(HEAD, ())
+    steps = max(1, int(exchange["steps"]))
+    away = any(node["silent_steps"] for node in exchange["nodes"])
+    rows = tuple(_row(node, steps)[: len(HEAD) - (not away)] for node in exchange["nodes"])
+    note = (
+        f"{FORMS[exchange['cross_covariance']]} {significant(exchange['words'] / steps, 4)} words (numbers) a step in "
+        f"{significant(exchange['rounds'] / steps, 4)} rounds, each of which waits for all nodes."
+    )
+    return Table(HEAD[: len(HEAD) - (not away)], rows, frozenset({3, 4, 5}), note)
+
+
+def _row(node: dict[str, Any], steps: int) -> tuple[Cell, ...]:
+    words = sum(node["words"].values())
+    return (
+        Cell(node["name"]),
+        Cell(", ".join(node["states"])),
+        Cell(", ".join(node["measurements"]) or "none"),
+        Cell(significant(node["messages"] / steps, 3)),
+        Cell(significant(words / steps, 4)),
+        Cell(count(node["silent_steps"]), "warn" if node["silent_steps"] else ""),
+    )
