@@ -169,8 +169,11 @@ def compose(document: Document, registry: Registry) -> Problem:
 
 
 def _undetermined(model: Model, reference: Mapping[str, FloatArray], plan: Plan) -> tuple[str, ...]:
-    """At the start; nothing is said where a measurement itself changes along the run: what it reads there is not what it will."""
-    if any(what.startswith("measurement ") for what, _, _ in plan.varying):
+    """At the start; nothing is said where a measurement itself changes along the run: what it reads there is not what it will.
+
+    Nor where the dynamics do in steps, as of a platform that is turned so that the second position tells what the first cannot.
+    """
+    if plan.pace == "stepped" or any(what.startswith("measurement ") for what, _, _ in plan.varying):
         return ()
     return tuple(undetectable_directions(model, reference))
 

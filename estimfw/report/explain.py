@@ -11,6 +11,7 @@ from estimfw.config.compose import Problem
 from estimfw.model.model import Model
 from estimfw.policies.prune_unobservable import model_observability
 from estimfw.policies.sequence import apply_policies
+from estimfw.report.segments import segments_of
 
 __all__ = ["Stage", "explain_json", "stages"]
 
@@ -64,6 +65,7 @@ def explain_json(problem: Problem) -> dict[str, Any]:
         "prior": {"mean": mean.tolist(), "covariance": covariance.tolist()},
         "time_invariant": problem.plan.time_invariant,
         "reason": problem.plan.reason,
+        "segments": [{"from": one.begin, "matrices": one.matrices} for one in segments_of(problem)],
         "discretisation": problem.plan.discretisation.describe(),
         "terms": [{"label": t.label, "target": t.target, "source": t.source, "text": t.text} for t in model.terms],
         "policies": [c.as_json() for c in problem.changes],

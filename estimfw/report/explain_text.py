@@ -16,6 +16,7 @@ from estimfw.model.parts import NoiseInput, StateBlock
 from estimfw.report.equations import dynamics, observations
 from estimfw.report.explain import stages
 from estimfw.report.numbers import measured
+from estimfw.report.segments import segments_of, segments_text
 from estimfw.units.display import display_unit
 from estimfw.units.unit_text import parse_unit
 
@@ -52,8 +53,12 @@ def _verdicts(problem: Problem) -> RenderableType:
     if lines:
         told = "not determined by the measurements, whatever the time, here with what goes together:"
         lines.insert(0, Text(told, style="yellow"))
-    word = "time-invariant" if problem.plan.time_invariant else "time-varying"
+    segments = segments_of(problem)
+    in_segments = "time-invariant in segments" if len(segments) > 1 else "time-varying"
+    word = "time-invariant" if problem.plan.time_invariant else in_segments
     lines.append(Text.assemble((f"{word}: ", "bold"), problem.plan.reason))
+    if len(segments) > 1:
+        lines.append(Text(f"  {segments_text(segments)}"))
     lines.append(Text.assemble(("discretisation: ", "bold"), problem.plan.discretisation.describe()))
     return Group("", *lines)
 

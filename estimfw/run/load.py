@@ -12,13 +12,14 @@ from estimfw.config.compose import Problem
 from estimfw.data.record import Record, Stream
 from estimfw.errors import ConfigError, PluginError
 from estimfw.model.nominal import ScheduledProvider, changing_at
+from estimfw.plan.layout import NominalLayout
 from estimfw.plan.over_time import RowsOverTime
 from estimfw.plan.plan import Plan
 from estimfw.registry.contract import plugin_code
 from estimfw.run.guard import check_record
 from estimfw.run.preprocess import preprocessed
 
-__all__ = ["along_schedule", "load_record", "simulated", "source_record"]
+__all__ = ["along_schedule", "load_record", "nominal_over_time", "simulated", "source_record"]
 
 FloatArray = NDArray[np.float64]
 
@@ -96,11 +97,16 @@ def simulated(problem: Problem) -> tuple[Plan, FloatArray]:
 
 def along_schedule(source: Any, problem: Problem) -> Any:
     """A source that simulates the model (it has ``along``), told what the nominal is over time; others as they are."""
-    bound = problem.provider.bind(problem.settings) if hasattr(source, "along") else None
-    if bound is None or problem.provider.stream is not None or bound.n_state:
-        return source
-    layout = simulated(problem)[0].layout
-    return source.along(RowsOverTime(changing_at(problem.provider), cast(ScheduledProvider, bound), layout))
+    schedule = nominal_over_time(problem, simulated(problem)[0].layout) if hasattr(source, "along") else None
+    return source if schedule is None else source.along(schedule)
+
+
+def nominal_over_time(problem: Problem, layout: NominalLayout) -> RowsOverTime | None:
+    """Rows of a plan's layout over time; None where nothing moves the nominal, or a stream does."""
+    bound = problem.provider.bind(problem.settings) if problem.provider.stream is None else None
+    if bound is None or bound.n_state:
+        return None
+    return RowsOverTime(changing_at(problem.provider), cast(ScheduledProvider, bound), layout)
 
 
 def _joined(record: Record, name: str, added: Record, problem: Problem) -> Record:

@@ -16,6 +16,8 @@ from estimfw.errors import ConfigError
 from estimfw.estimators.numpy_scan import NumpyScan
 from estimfw.montecarlo.draw import draw_runs
 from estimfw.montecarlo.filtering import filter_runs
+from estimfw.report.explain import explain_json
+from estimfw.report.segments import segments_of, segments_text
 from estimfw.run.from_python import open_filter
 from estimfw.run.load import load_record
 from estimfw.run.prepare import make_chunk, prepare
@@ -170,3 +172,12 @@ def test_monte_carlo_errors_are_those_that_the_filter_says(composed: Composed) -
     error = done.estimate - truth
     nees = np.einsum("rgi,rgij,rgj->rg", error, np.linalg.inv(done.covariance), error)
     assert np.all(np.abs(nees.mean(axis=0) - 2.0) < 4.0 * 2.0 / np.sqrt(300))
+
+
+def test_explain_tells_the_segments(composed: Composed, tmp_path: Path) -> None:
+    problem = composed()
+    assert segments_text(segments_of(problem)) == (
+        "3 segments, 2 sets of matrices: a from the start, b from 4.5 s, a from 8 s"
+    )
+    assert [s["from"] for s in explain_json(problem)["segments"]] == [None, 4.5, 8.0]
+    assert len(segments_of(composed("nominal.steps=[{values: {rate: -0.1, pull: 1.0}}]"))) == 1
