@@ -23,6 +23,7 @@ from estimfw.run.flags import disposition_events, lost_members
 from estimfw.run.health import health_events
 from estimfw.run.honest import Honest, HonestSigma, of_reported
 from estimfw.run.load import load_record
+from estimfw.run.outages import outage_events
 from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
 from estimfw.run.recovery import Recovery, acts
@@ -356,6 +357,7 @@ def _collect(
             *prepared.events,
             *silence_events(prepared),
             *disposition_events(prepared, answered(prepared, disposition), used, joined("nis")),
+            *outage_events(prepared, disposition),
             *health_events(prepared.problem, prepared.steps.time, disposition, joined("nis"), joined("innovation")),
             *recovered,
             *(lost_members(prepared, bank.score) if bank is not None else ()),

@@ -1,4 +1,4 @@
-"""References that go bad while the filter runs (43, 44): each is flagged, not used, and the filter goes on."""
+"""References that go bad while the filter runs (35, 43, 44): each is flagged, not used, and the filter goes on."""
 
 from __future__ import annotations
 
@@ -118,3 +118,40 @@ def test_a_jump_of_a_reference_is_flagged_and_left_out_and_a_heading_may_pass_no
     wrapped[:, 1] = (log[:, 1] + 300.0) % 360.0
     assert events(reference(wrapped, limit), "jump")[0][2] > 50
     assert events(reference(wrapped, limit.replace("}", ", period: 360 m}")), "jump") == []
+
+
+@pytest.mark.parametrize("how", ["no rows", "rows without numbers", "refused by a check"])
+def test_35_an_outage_is_told_from_when_until_when_and_the_filter_coasts_and_recovers(
+    reference: Reference, how: str
+) -> None:
+    """600 s of 1300 s without a reference, however that comes about: sigma grows as it must, and comes back."""
+    t = np.asarray(1.0 * np.arange(1, 1301), dtype=float)
+    log = np.column_stack([t, np.random.default_rng(6).standard_normal((t.size, 2))])
+    out = (t > 500.0) & (t <= 1100.0)
+    shown, steps = log.copy(), list[str]()
+    if how == "no rows":
+        shown = log[~out]
+    elif how == "rows without numbers":
+        shown[out, 1:] = np.nan
+    else:
+        shown[out, 1:], steps = 1e5, [CLIP, CLIP.replace("[x]", "[y]")]
+    answer, whole = reference(shown, *steps), reference(log)
+    assert [(e["source"], e["time"]) for e in answer["events"] if e["kind"] == "outage"] == [("fix", 500.0)]
+    assert "no usable reading from 500 s to 1101 s, for 601 s: the filter coasts" in told(answer, "outage")
+    assert events(whole, "outage") == []
+    for label, state in whole["states"].items():
+        assert answer["states"][label]["sigma"] == pytest.approx(state["sigma"], rel=1e-3)
+        assert abs(answer["states"][label]["value"]) < 4 * state["sigma"]
+    assert answer["measurements"]["fix"]["fused"] == 700
+
+
+def test_35_sigma_grows_through_an_outage_by_the_model_and_by_nothing_else(reference: Reference) -> None:
+    """At its end, velocity walks by 0.3 m/s per root s: sigma^2 = s_v^2 + 0.3^2 T, from what it was when the readings ended."""
+    t = np.asarray(1.0 * np.arange(1, 701), dtype=float)
+    log = np.column_stack([t, np.random.default_rng(6).standard_normal((t.size, 2))])
+    log[100:, 1:] = np.nan
+    answer, before = reference(log), reference(log[:100])
+    assert "no usable reading from 100 s to the end, for 600 s" in told(answer, "outage")
+    for axis in ("x", "y"):
+        then, now = (a["states"][f"velocity[{axis}]"]["sigma"] for a in (before, answer))
+        assert now**2 == pytest.approx(then**2 + 0.09 * 600.0, rel=1e-9)
