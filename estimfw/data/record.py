@@ -70,6 +70,8 @@ class Stream:
         Whether a row is an integral over its interval, a mean over it, or a value at its time.
     period : float or None, s
         Nominal sampling interval; None where rows come when they come.
+    arrival : (N,) array or None, s
+        When each row arrived, on the clock of the record; None: as soon as it was made.
     """
 
     name: str
@@ -78,6 +80,7 @@ class Stream:
     columns: tuple[str, ...]
     kind: Literal["increment", "mean", "sample"] = "sample"
     period: float | None = None
+    arrival: FloatArray | None = None
 
     def __len__(self) -> int:
         return int(self.time.shape[0])

@@ -33,6 +33,8 @@ class Rows:
         Line of each row in the file, where it has lines.
     stream : str
         Named in events.
+    arrival : (N,) array or None, s
+        When each row arrived, where the log says it.
     """
 
     file: str
@@ -40,10 +42,12 @@ class Rows:
     values: FloatArray
     lines: NDArray[np.int64] | None = None
     stream: str = "imu"
+    arrival: FloatArray | None = None
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.int64] | slice) -> Rows:
         lines = self.lines[which] if self.lines is not None else None
-        return Rows(self.file, self.time[which], self.values[which], lines, self.stream)
+        arrival = self.arrival[which] if self.arrival is not None else None
+        return Rows(self.file, self.time[which], self.values[which], lines, self.stream, arrival)
 
     def between(self, start: float | None, stop: float | None) -> Rows:
         """Rows with ``start < time <= stop`` (s; None: no limit)."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.data.arrivals import Arrivals, arrivals_of
 from estimfw.data.memory import refuse_too_large
 from estimfw.data.record import SAME, Event, Stream
 from estimfw.errors import DataError
@@ -34,10 +35,18 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Due:
-    """For each step the stream row that is due at its end (-1: none; 0 for a pseudo-measurement), and its interval in s."""
+    """For each step the stream row that is due at its end (-1: none; 0 for a pseudo-measurement), and its interval in s.
+
+    ``late`` (K,): a row was due and came too late, so there is none; None: no row came late.
+    """
 
     row: IntArray
     interval: FloatArray
+    late: NDArray[np.bool_] | None = None
+
+    def take(self, which: NDArray[np.bool_]) -> Due:
+        """That of some steps."""
+        return Due(self.row[which], self.interval[which], self.late[which] if self.late is not None else None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +88,7 @@ def driven_steps(
     *,
     start: float | None = None,
     restarts: Sequence[float] = (),
+    replay: float = 0.0,
 ) -> Steps:
     """Steps of ``per_step`` rows of a driving stream.
 
@@ -88,6 +98,8 @@ def driven_steps(
         Stamps at the ends of its intervals; rows at or before ``start`` are not used.
     start : float or None, s
         None: the beginning of its first interval.
+    replay : float, s
+        Rows that arrive late are used if the filter need not go back farther.
 
     Raises
     ------
@@ -107,7 +119,8 @@ def driven_steps(
     begin = float(driver.time[first] - period) if start is None else float(start)
     dt = _snapped(np.diff(np.concatenate([[begin], time])), per_step * period)
     events = _left_over(driver, len(driver) - int(rows[-1]))
-    due, found = _dues(time, dt, begin, streams, wanted)
+    arrivals = arrivals_of(_measured(streams, wanted), [driver], time, replay)
+    due, found = _dues(time, dt, begin, streams, wanted, arrivals)
     return Steps(begin, time, dt, rows, due, _restarts(time, dt, restarts), (*events, *found))
 
 
@@ -119,10 +132,12 @@ def merged_steps(
     start: float | None = None,
     stop: float | None = None,
     restarts: Sequence[float] = (),
+    replay: float = 0.0,
 ) -> Steps:
     """Steps between the instants of all streams that are wanted, of pseudo-measurements, schedules and restarts.
 
-    They begin with the first row and end with the last one, where ``start`` and ``stop`` do not say it.
+    They begin with the first row and end with the last one, where ``start`` and ``stop`` do not say it. Rows that arrive late are
+    used if the filter need not go back farther than ``replay`` s.
 
     Raises
     ------
@@ -145,7 +160,9 @@ def merged_steps(
     time = every[np.concatenate([[True], np.diff(every) > SAME])]
     dt = np.diff(np.concatenate([[begin], time]))
     dt = _snapped(np.where(dt < SAME, 0.0, dt), _typical(time))
-    due, events = _dues(time, dt, begin, streams, wanted)
+    measured = _measured(streams, wanted)
+    arrivals = arrivals_of(measured, measured, time, replay)
+    due, events = _dues(time, dt, begin, streams, wanted, arrivals)
     none = np.zeros(time.size + 1, dtype=np.int64)
     return Steps(begin, time, dt, none, due, _restarts(time, dt, restarts), tuple(events))
 
@@ -188,7 +205,12 @@ def _restarts(time: FloatArray, dt: FloatArray, restarts: Sequence[float]) -> ND
 
 
 def _dues(
-    time: FloatArray, dt: FloatArray, begin: float, streams: Mapping[str, Stream], wanted: Sequence[Wanted]
+    time: FloatArray,
+    dt: FloatArray,
+    begin: float,
+    streams: Mapping[str, Stream],
+    wanted: Sequence[Wanted],
+    arrivals: Arrivals | None,
 ) -> tuple[dict[str, Due], list[Event]]:
     due: dict[str, Due] = {}
     events: list[Event] = []
@@ -196,9 +218,14 @@ def _dues(
         if w.stream is None:
             due[w.name] = _pseudo(time, dt, begin, w.every)
         else:
-            due[w.name], found = _stream_due(time, begin, _stream(streams, w.name, w.stream), w.name)
+            due[w.name], found = _stream_due(time, begin, _stream(streams, w.name, w.stream), w.name, arrivals)
             events.extend(found)
     return due, events
+
+
+def _measured(streams: Mapping[str, Stream], wanted: Sequence[Wanted]) -> list[Stream]:
+    """The streams that are read, each once."""
+    return [_stream(streams, name, stream) for stream, name in {w.stream: w.name for w in wanted if w.stream}.items()]
 
 
 def _stream(streams: Mapping[str, Stream], name: str, wanted: str) -> Stream:
@@ -236,7 +263,9 @@ def _pseudo(time: FloatArray, dt: FloatArray, begin: float, every: float | None)
     return Due(np.where(fresh, 0, -1).astype(np.int64), np.full(time.size, every))
 
 
-def _stream_due(time: FloatArray, begin: float, stream: Stream, name: str) -> tuple[Due, list[Event]]:
+def _stream_due(
+    time: FloatArray, begin: float, stream: Stream, name: str, arrivals: Arrivals | None
+) -> tuple[Due, list[Event]]:
     events: list[Event] = []
     keep = _without_duplicates(stream, events)
     period = stream.period or _typical(stream.time[keep])
@@ -251,7 +280,13 @@ def _stream_due(time: FloatArray, begin: float, stream: Stream, name: str) -> tu
     if np.any(after):
         last = float(stream.time[keep][-1])
         events.append(Event(last, name, "after end", "rows after the last step are not used", int(after.sum())))
-    usable = ~early & ~after
+    usable, late = ~early & ~after, None
+    if arrivals is not None and stream.arrival is not None:
+        at = np.flatnonzero(usable)
+        passed, too_late, by = arrivals.judged(stream, keep[at], step[at])
+        events.extend(arrivals.told(name, stream.time[keep[at]], passed, too_late, by))
+        usable[at[too_late]], late = False, np.zeros(time.size, dtype=bool)
+        late[step[at[too_late]]] = True
     row[step[usable]] = keep[usable]
     crowded = int(usable.sum()) - int(np.count_nonzero(row >= 0))
     if crowded:
@@ -263,7 +298,7 @@ def _stream_due(time: FloatArray, begin: float, stream: Stream, name: str) -> tu
         events.append(
             Event(before, name, "gap", f"gaps longer than 1.5 x {period:g} s; the filter coasts", int(gaps.sum()))
         )
-    return Due(row, interval), events
+    return Due(row, interval, late & (row < 0) if late is not None else None), events
 
 
 def _without_duplicates(stream: Stream, events: list[Event]) -> IntArray:

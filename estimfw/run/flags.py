@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.data.record import Event
-from estimfw.kernels.fuse import FUSED, GATED, INVALID, MISSING
+from estimfw.kernels.fuse import FUSED, GATED, INVALID, LATE, MISSING
 from estimfw.run.prepare import Prepared
 
-__all__ = ["disposition_events", "lost_members", "measurement_flags"]
+__all__ = ["disposition_events", "lost_members", "measurement_flags", "with_late"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -36,6 +36,15 @@ def disposition_events(prepared: Prepared, disposition: IntArray, used: IntArray
         )
         events += [flag for flag in flags if not (flag.kind == "missing" and m.stream in told)]
     return tuple(events)
+
+
+def with_late(prepared: Prepared, disposition: IntArray) -> IntArray:
+    """Dispositions (steps, measurements) that also say where a row came too late; the recursion knows nothing of it."""
+    for j, m in enumerate(prepared.plan.measurements):
+        late = prepared.steps.due[m.name].late
+        if late is not None:
+            disposition[late & (disposition[:, j] < 0), j] = LATE
+    return disposition
 
 
 def lost_members(prepared: Prepared, score: FloatArray) -> Iterator[Event]:

@@ -34,6 +34,9 @@ def check_record(record: Any, owner: str | None, what: str, *, leading: bool = F
         shape = np.shape(stream.values)[-2:] if leading else np.shape(stream.values)
         if fault is None and shape != (*rows, columns):
             fault = f"values {shape} for {rows[0]} times and {columns} columns"
+        if fault is None and stream.arrival is not None:
+            fault = wrong_number(stream.arrival, rows)
+            fault = f"its arrival {fault}" if fault is not None else None
         if fault is not None:
             raise broken(owner, what, f"made a stream {name!r} that is none: {fault}")
     return record

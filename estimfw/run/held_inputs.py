@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,12 @@ class HeldInputs:
             input_values(k, {}) if k.stream is None else InputValues(np.zeros(0), np.zeros((0, len(k.axes))))
             for k in inputs
         ]
+
+    def copy(self) -> HeldInputs:
+        """The same values, held by themselves."""
+        other = copy(self)
+        other._values = list(self._values)
+        return other
 
     @property
     def instants(self) -> list[float]:

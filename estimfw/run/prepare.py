@@ -146,7 +146,14 @@ def _timeline(
     driver = problem.provider.stream
     if driver is None:
         instants = [*(float(t) for values in inputs for t in values.time), *changing_at(problem.provider)]
-        return merged_steps(record.streams, wanted, instants=instants, start=start.time, restarts=restarts)
+        return merged_steps(
+            record.streams,
+            wanted,
+            instants=instants,
+            start=start.time,
+            restarts=restarts,
+            replay=problem.estimator.replay,
+        )
     if driver not in record.streams:
         raise DataError(
             f"the nominal provider needs the stream {driver!r}, which the source does not have",
@@ -154,7 +161,8 @@ def _timeline(
         )
     per_step = problem.provider.samples_per_step
     stream = record.streams[driver]
-    return driven_steps(stream, per_step, record.streams, wanted, start=start.time, restarts=restarts)
+    replay = problem.estimator.replay
+    return driven_steps(stream, per_step, record.streams, wanted, start=start.time, restarts=restarts, replay=replay)
 
 
 def _until(steps: Steps, found: list[Findings]) -> Steps:
@@ -168,7 +176,7 @@ def _until(steps: Steps, found: list[Findings]) -> Steps:
         raise DataError(
             f"the run would stop before its first step, at {min(stops):g} s", hint="the vehicle moves from the start"
         )
-    due = {n: replace(d, row=d.row[keep], interval=d.interval[keep]) for n, d in steps.due.items()}
+    due = {n: d.take(keep) for n, d in steps.due.items()}
     return replace(
         steps,
         time=steps.time[keep],

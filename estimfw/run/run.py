@@ -19,7 +19,7 @@ from estimfw.estimators.bank import Judged, judge, reported
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
 from estimfw.estimators.stretch import Stretch, Watcher
 from estimfw.run.exchanged import answered, silence_events
-from estimfw.run.flags import disposition_events, lost_members
+from estimfw.run.flags import disposition_events, lost_members, with_late
 from estimfw.run.health import health_events
 from estimfw.run.honest import Honest, HonestSigma, of_reported
 from estimfw.run.load import load_record
@@ -335,7 +335,7 @@ def _collect(
     known = pieces[0].truth is not None
     output, output_truth = kept("output"), kept("output_truth") if known else None
     error = _output_error(prepared, output, output_truth) if output_truth is not None else None
-    disposition, used = joined("disposition").astype(np.int64), joined("used").astype(np.int64)
+    disposition, used = with_late(prepared, joined("disposition").astype(np.int64)), joined("used").astype(np.int64)
     bank = Judged(kept("score"), kept("best").astype(np.int64)) if prepared.problem.kind == "bank" else None
     return Collected(
         prepared=prepared,

@@ -1,7 +1,8 @@
 """A streaming session: push samples, read the estimate.
 
 The same scan as in a batch run, a chunk of one step at a time, and steps at the same instants, so the estimates are equal. A
-measurement row that comes after its instant has passed is *late*: it is counted and not fused.
+measurement row that comes after its instant has passed is *late*: with a replay window that reaches back to it, the filter goes
+back to the step in which it lies and does it and those after it again, else the row is counted and not fused.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.outputs import output_values
 from estimfw.run.prepare import begin, timed_samples
+from estimfw.run.recovery import Recovery, acts
+from estimfw.run.rewind import Arrived, Done, History, Snapshot
+from estimfw.run.session_health import Watched
 from estimfw.run.session_smoother import SessionSmoother, SmoothedEstimate
 from estimfw.run.waiting_rows import DueRow, WaitingRows
 
@@ -73,13 +77,16 @@ class Session:
         not given is told by the stamps.
     record : Record, optional
         First rows, for a nominal provider that has to see them to start (a vehicle that moves).
+    replay : float, s, optional
+        How far it goes back for a late row; the steps of so long are kept. Left out: what the config says, ``estimator.replay``.
 
     Attributes
     ----------
     time : float, s
         Where the filter is.
     events : list of Event
-        Late rows, duplicates, rows that a later one of the same step superseded.
+        Rows that were late, or replayed, duplicates, rows that a later one of the same step superseded; what became of the health
+        of the filter, and what was done about it.
 
     Raises
     ------
@@ -95,6 +102,7 @@ class Session:
         time: float = 0.0,
         periods: Mapping[str, float] | None = None,
         record: Record | None = None,
+        replay: float | None = None,
     ) -> None:
         if problem.preprocess:
             raise UsageError(
@@ -109,7 +117,7 @@ class Session:
         one = Steps(time, np.array([time]), np.zeros(1), np.zeros(2, np.int64), {}, np.zeros(1, dtype=bool), ())
         self._members = begin(problem, self._bound, initial, one)
         self._states = [member.state for member in self._members]
-        self._score = np.zeros(len(self._members))
+        self._score, self._covariance = np.zeros(len(self._members)), self._members[0].prior[1]
         smoother = problem.estimator.smoother
         self._smoother = SessionSmoother(problem, smoother) if smoother is not None else None
         self._begin, self._steps, self._last = time, 0, None
@@ -119,7 +127,19 @@ class Session:
         self._rows = WaitingRows((*self._plan.measurements, *measured), time, self._periods)
         self._inputs = HeldInputs(self._plan.inputs, self._rows.columns)
         self._late: set[str] = set()
+        self._late_counts: Counter[str] = Counter()
         self._counts: dict[str, Counter[str]] = {m.name: Counter() for m in self._plan.measurements}
+        window = replay if replay is not None else problem.estimator.replay
+        if window > 0.0 and self._smoother is not None:
+            raise UsageError(
+                "a session that smooths cannot go back: what it smoothed is told already",
+                hint="Session(..., replay=0), or no estimator.smoother",
+            )
+        if window > 0.0 and problem.kind == "decentralised":
+            raise UsageError("nodes that have sent their words cannot go back", hint="Session(..., replay=0)")
+        self._history = History(window) if window > 0.0 else None
+        self._watched = Watched.of(problem)
+        self._recovery = Recovery(problem) if acts(problem) else None
         self._ticks = dict.fromkeys((m.name for m in self._plan.measurements), 0)
         self._restarts = sorted(t for t in problem.estimator.restarts if t > time + SAME)
         self._lengths: dict[float, float] = {}
@@ -136,7 +156,11 @@ class Session:
     @property
     def counts(self) -> dict[str, dict[str, int]]:
         """Dispositions so far, by measurement."""
-        return {name: {word: count[word] for word in MEANINGS} for name, count in self._counts.items()}
+        late = MEANINGS[LATE]
+        return {
+            name: {word: count[word] if word != late else self._late_counts[name] for word in MEANINGS}
+            for name, count in self._counts.items()
+        }
 
     def measure(self, stream: str, time: float, values: ArrayLike | Mapping[str, float]) -> None:
         """Hand over a measurement row; it is fused at the end of the step in which it lies.
@@ -155,20 +179,81 @@ class Session:
         DataError
             Other values than the columns, or a second row at the same time that differs.
         """
-        row = self._rows.row(stream, values)
+        row = Arrived(stream, time, self._rows.row(stream, values))
         if not np.isfinite(time):
             raise DataError(f"stream {stream!r}: the time of a row is {time:g}")
         if time < self._begin - SAME or (self._last is not None and time <= self.time + SAME):
-            text = f"came when the filter was at {self.time:g} s already: not fused"
-            self.events.append(Event(time, stream, "late", text))
-            for m in self._plan.measurements:
-                if m.stream == stream:
-                    self._late.add(m.name)
-                    self._counts[m.name][MEANINGS[LATE]] += 1
-        elif not self._rows.add(stream, time, row):
-            self.events.append(Event(time, stream, "duplicate", "identical rows are used once"))
+            self._came_late(row)
+        elif not self._rows.add(stream, time, row.values):
+            self._tell_duplicate(row)
         else:
-            self._inputs.add(stream, time, row)
+            self._inputs.add(stream, time, row.values)
+            if self._history is not None:
+                self._history.pending.append(row)
+
+    def _tell_duplicate(self, row: Arrived) -> None:
+        self.events.append(Event(row.time, row.stream, "duplicate", "identical rows are used once"))
+
+    def _came_late(self, row: Arrived) -> None:
+        """Go back for the row if the steps that are kept reach so far; else it is counted."""
+        at = f"came when the filter was at {self.time:g} s already"
+        if self._history is not None and self._history.reaches(row.time, self.time):
+            if self._history.knows(row):
+                self._tell_duplicate(row)
+                return
+            self._replay(row, self._history)
+            self.events.append(Event(row.time, row.stream, "replayed", f"{at}: gone back, and fused at its instant"))
+            return
+        self.events.append(Event(row.time, row.stream, "late", f"{at}: not fused"))
+        for m in self._plan.measurements:
+            if m.stream == row.stream:
+                self._late.add(m.name)
+                self._late_counts[m.name] += 1
+
+    def _replay(self, row: Arrived, history: History) -> None:
+        """Undo the step in which the row lies and all after it, and do them again with it."""
+        undone, waiting = history.undone(row.time), history.pending
+        self._restore(undone[0].before)
+        told = {id(event) for one in undone for event in one.events}
+        self.events[:] = [event for event in self.events if id(event) not in told]
+        again = [*undone[0].arrived, *(r for one in undone[1:] for r in one.arrived), *waiting, row]
+        for known in again[len(undone[0].arrived) :]:
+            self._rows.add(known.stream, known.time, known.values)
+            self._inputs.add(known.stream, known.time, known.values)
+        history.pending = again
+        for one in undone:
+            if self._provider.stream is not None:
+                self._step(one.time, one.dt, one.samples, asked=True)
+            elif one.asked:
+                self._go_to(one.time)
+
+    def _snapshot(self) -> Snapshot:
+        return Snapshot(
+            time=self.time,
+            steps=self._steps,
+            states=list(self._states),
+            score=self._score,
+            last=self._last,
+            rows=self._rows.copy(),
+            inputs=self._inputs.copy(),
+            counts={name: count.copy() for name, count in self._counts.items()},
+            ticks=dict(self._ticks),
+            restarts=self._restarts,
+            lengths=dict(self._lengths),
+            watched=self._watched,
+            acting=self._recovery.judges if self._recovery is not None else (),
+            anew=self._recovery is not None and self._recovery.restart,
+        )
+
+    def _restore(self, then: Snapshot) -> None:
+        self.time, self._steps, self._last = then.time, then.steps, then.last
+        self._states, self._score = list(then.states), then.score
+        self._rows, self._inputs = then.rows.copy(), then.inputs.copy()
+        self._counts = {name: count.copy() for name, count in then.counts.items()}
+        self._ticks, self._restarts, self._lengths = dict(then.ticks), then.restarts, dict(then.lengths)
+        self._watched = then.watched
+        if self._recovery is not None:
+            self._recovery.judges, self._recovery.restart = then.acting, then.anew
 
     def push(self, time: float, sample: ArrayLike) -> Estimate | None:
         """Hand over a row of the driving stream (an IMU's increments); a step is done when enough of them are there.
@@ -201,7 +286,7 @@ class Session:
         samples = self._bound.samples(stream, np.array([0, len(self._samples)]))
         self._samples.clear()
         self._stamps.clear()
-        return self._step(time, dt, samples)
+        return self._step(time, dt, samples, asked=True)
 
     def advance(self, time: float) -> Estimate:
         """Go to an instant, for a model without a driving stream.
@@ -222,11 +307,14 @@ class Session:
             self._refuse_back(time, self.time)
         elif not time >= self.time - SAME:
             raise DataError(f"time does not advance: {time:g} s, the start is at {self.time:g} s")
+        return self._go_to(time)
+
+    def _go_to(self, time: float) -> Estimate:
         estimate = None
         for instant in self._instants(time):
             dt = self._length(instant - self.time) if instant - self.time > SAME else 0.0
             samples = timed_samples(self._bound, np.array([instant - dt]), np.array([instant]))
-            estimate = self._step(instant, dt, samples)
+            estimate = self._step(instant, dt, samples, asked=abs(instant - time) <= SAME)
         assert estimate is not None
         return estimate
 
@@ -254,23 +342,45 @@ class Session:
             dt = nominal
         return self._lengths.setdefault(round(dt, 9), dt)
 
-    def _step(self, time: float, dt: float, samples: FloatArray) -> Estimate:
+    def _step(self, time: float, dt: float, samples: FloatArray, *, asked: bool) -> Estimate:
+        """One step to an instant; ``asked``: somebody wants to be there, whatever rows there are."""
+        before, told = self._snapshot() if self._history is not None else None, len(self.events)
         restart = bool(self._restarts) and self._restarts[0] <= self.time + SAME
         if restart:
             self._restarts = [t for t in self._restarts if t > self.time + SAME]
+        restart = restart or (self._recovery is not None and self._recovery.restart)
         readings, due, interval = self._due(time, dt, self._rows.take(time))
         inputs = self._inputs.take(time - dt)
         chunk = Chunk(samples, np.array([dt]), np.array([restart]), inputs, readings, due, interval, np.array([time]))
-        before = self._states[0]
+        begun = self._states[0]
         done = [member.scan.run(state, chunk) for member, state in zip(self._members, self._states, strict=True)]
         self._states, results = [state for state, _ in done], [result for _, result in done]
         judged = judge(self._plan, results, self._score, scored=self.problem.kind == "bank")
         self._score, result = judged.score[-1], reported(results, judged.best)
         refuse_lost(self._plan, result, self._steps, np.array([time]))
         self.time, self._steps = time, self._steps + 1
-        smoothed = self._smoother.step(self._stretch(chunk, result, before)) if self._smoother is not None else ()
+        smoothed = self._smoother.step(self._stretch(chunk, result, begun)) if self._smoother is not None else ()
         self._last = self._estimate(result, int(judged.best[0]), smoothed)
+        self._look_after(result)
+        if before is not None and self._history is not None:
+            arrived, self._history.pending = self._history.pending, []
+            self._history.add(Done(before, time, dt, samples, asked, arrived, self.events[told:]))
         return self._last
+
+    def _look_after(self, result: ChunkResult) -> None:
+        """Tell what became of the filter's health, and do what the config wants about it."""
+        self._watched, events = self._watched.after(self.problem, self.time, result)
+        self.events += events
+        self._covariance = result.covariance[0]
+        if self._recovery is None:
+            return
+        self._recovery.restart = False
+        act = self._recovery.due(np.array([self.time]), result)
+        if act is not None:
+            self._states, (self._covariance, *_) = self._recovery.acted(
+                self._members, self._states, [self._covariance], act, self.time
+            )
+            self.events.append(self._recovery.events[-1])
 
     def _stretch(self, chunk: Chunk, result: ChunkResult, before: FilterState) -> Stretch:
         first = self._members[0]
@@ -280,7 +390,7 @@ class Session:
             chunk=chunk,
             result=result,
             before=before,
-            covariance_before=self._last.covariance if self._last is not None else first.prior[1],
+            covariance_before=self._covariance,
             prior_mean=first.prior[0],
             prior=first.prior[1],
             time=np.array([self.time]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,6 +98,13 @@ class WaitingRows:
         rows.append((time, row))
         rows.sort(key=lambda entry: entry[0])
         return True
+
+    def copy(self) -> WaitingRows:
+        """The same rows, waiting by themselves."""
+        other = copy(self)
+        other._rows = {stream: list(rows) for stream, rows in self._rows.items()}
+        other._before = dict(self._before)
+        return other
 
     def instants(self, until: float) -> list[float]:
         """Times of all rows up to an instant."""

@@ -1,4 +1,4 @@
-"""References that go bad while the filter runs (35, 43, 44): each is flagged, not used, and the filter goes on."""
+"""References that go bad while the filter runs (35, 38, 43, 44): each is flagged, not used, and the filter goes on."""
 
 from __future__ import annotations
 
@@ -155,3 +155,73 @@ def test_35_sigma_grows_through_an_outage_by_the_model_and_by_nothing_else(refer
     for axis in ("x", "y"):
         then, now = (a["states"][f"velocity[{axis}]"]["sigma"] for a in (before, answer))
         assert now**2 == pytest.approx(then**2 + 0.09 * 600.0, rel=1e-9)
+
+
+def arriving(delays: dict[int, float]) -> tuple[Any, list[str]]:
+    """Fixes, and the lines of a log of them in the order of their arrival: 20 ms after their instant, some of them later."""
+    log = rows(40)
+    came = log[:, 0] + 0.02
+    for row, delay in delays.items():
+        came[row] = log[row, 0] + delay
+    order = np.argsort(came)
+    table = np.column_stack([log[:, 0], came, log[:, 1:]])[order].tolist()
+    return log, [",".join(repr(cell) for cell in row) for row in table]
+
+
+ARRIVAL = ("--set", "source.streams.fix.arrival=received")
+
+
+def test_38_rows_that_a_live_filter_would_have_met_too_late_are_not_fused_and_told(
+    check: Check, logged: str, folder: Path, reference: Reference
+) -> None:
+    log, lines = arriving({10: 3.3, 20: 1.2, 30: 0.4})
+    (folder / "log.csv").write_text("\n".join(["time,received,x,y", *lines]) + "\n")
+    run = ("--json", "--set", "source.streams.fix.file=log.csv", *ARRIVAL)
+    answer = json.loads(check(logged, *run, command="run").out)
+    assert answer["measurements"]["fix"]["late"] == 2  # the third came before the next one
+    assert answer["measurements"]["fix"]["fused"] == 38
+    assert events(answer, "late") == [("fix", 5.5, 2)]
+    assert "the filter was up to 3 s past the instants of rows that came, not fused" in told(answer, "late")
+    assert "late rows sorted" in told(answer, "time order")
+    holed = log.copy()
+    holed[[10, 20], 1:] = np.nan
+    assert_as_without(answer, reference(holed))
+    # With a window that reaches far enough the filter is as if all had come in time; with a shorter one it knows one of them.
+    whole = json.loads(check(logged, *run, "--set", "estimator.replay=3 s", command="run").out)
+    assert events(whole, "replayed") == [("fix", 5.5, 2)]
+    assert events(whole, "late") == []
+    assert_as_without(whole, reference(log))
+    one = json.loads(check(logged, *run, "--set", "estimator.replay=2 s", command="run").out)
+    assert (events(one, "late"), events(one, "replayed")) == ([("fix", 5.5, 1)], [("fix", 10.5, 1)])
+    holed = log.copy()
+    holed[10, 1:] = np.nan
+    assert_as_without(one, reference(holed))
+
+
+def test_38_without_a_column_of_arrival_rows_out_of_order_are_refused_as_before(
+    check: Check, logged: str, folder: Path
+) -> None:
+    _, lines = arriving({10: 3.3})
+    (folder / "log.csv").write_text("\n".join(["time,received,x,y", *lines]) + "\n")
+    found = check(logged, "--set", "source.streams.fix.file=log.csv", command="run")
+    assert found.code == 5
+    found.says("time goes backwards", "`time_errors: sort`")
+
+
+def test_38_an_arrival_that_is_none_is_refused_and_one_before_its_own_instant_told(
+    check: Check, logged: str, folder: Path
+) -> None:
+    _, lines = arriving({})
+    text = "\n".join(["time,received,x,y", *lines]) + "\n"
+    run = ("--set", "source.streams.fix.file=log.csv")
+    (folder / "log.csv").write_text(text.replace("5.0,5.02,", "5.0,,"))
+    found = check(logged, *run, *ARRIVAL)
+    assert found.code == 5
+    found.says("log.csv:11: row 10 does not say when it arrived")
+    (folder / "log.csv").write_text(text.replace("5.0,5.02,", "5.0,4.5,"))
+    found = check(logged, *run, *ARRIVAL)
+    assert found.code == 0
+    found.says("rows arrive up to 0.5 s before their own instant", "the clocks do not agree")
+    found = check(logged, *run, "--set", "source.streams.fix.arrival=recieved")
+    assert found.code == 5
+    found.says("recieved")

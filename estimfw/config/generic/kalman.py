@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from estimfw.config.generic.smoother import SmootherConfig
-from estimfw.config.types import Number, Settings, positive_quantity
+from estimfw.config.types import Number, Settings, non_negative_quantity, positive_quantity
 from estimfw.plan.discretisation import Discretisation, Method
 
 __all__ = ["DiscretisationConfig", "KalmanConfig", "RecursionConfig", "discretisation"]
@@ -46,6 +46,11 @@ class RecursionConfig(Settings):
         Strict(False),
         Field(description="instants at which the nominal is corrected and the filter starts anew from its prior"),
     ] = ()
+    replay: Annotated[
+        float,
+        non_negative_quantity("s", examples=("5 s",)),
+        Field(description="by how much the filter goes back for a row that arrives late; 0: late rows are not fused"),
+    ] = 0.0
     covariance_samples: Annotated[
         int, Strict(), Field(ge=2, le=100_000, description="how many full covariances the result keeps")
     ] = 200

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -14,7 +15,7 @@ from estimfw.config.types import Settings, positive_quantity, quantity
 from estimfw.data.readers.file_there import refuse_missing_file
 from estimfw.data.readers.named_columns import read_columns
 from estimfw.data.readers.npz_arrays import array_names, npz_fault, read_arrays
-from estimfw.data.record import Event, FloatArray, Stream
+from estimfw.data.record import SAME, Event, FloatArray, Stream
 from estimfw.data.row_order import Rows, TimeErrors, in_order
 from estimfw.data.sampling import check_rate
 from estimfw.errors import ConfigError, DataError, Location
@@ -30,13 +31,19 @@ _TIME = {"csv": "time", "npz": "t"}
 class LogStreamConfig(Settings):
     """A text table with a header line of column names, or a NumPy archive; columns that nothing reads are ignored.
 
-    A reading holds at its time stamp. ``units`` gives the unit of a column where it is not SI, by the column's name.
+    A reading holds at its time stamp. ``units`` gives the unit of a column where it is not SI, by the column's name. With
+    ``arrival`` rows may stand in the order in which they came, and those that a live filter would have met too late are not
+    fused; see ``replay`` of the estimator.
     """
 
     file: Annotated[str, Field(description="path of the file")]
     format: Annotated[Literal["auto", "csv", "npz"], Field(description="auto: by the suffix")] = "auto"
     time: Annotated[str | None, Field(description="column of the time stamps (CSV: time, NPZ: t)")] = None
     time_unit: Annotated[str, Field(description="unit of the time stamps, such as ms")] = "s"
+    arrival: Annotated[
+        str | None,
+        Field(description="column that says when each row arrived, in time_unit: a row is used if it was in time then"),
+    ] = None
     units: Annotated[
         dict[str, str], Field(description="unit of a column where it is not SI, by the column's name")
     ] = {}
@@ -73,9 +80,11 @@ def read_stream(
     path = Path(cfg.file)
     scales, time_scale = _scales(cfg, needed), _scale(cfg.time_unit, "s", "the time", ("time_unit",))
     rows, period = _rows(name, path, cfg, tuple(needed))
-    rows = Rows(rows.file, rows.time * time_scale, rows.values * scales, rows.lines, name)
+    arrival = rows.arrival * time_scale if rows.arrival is not None else None
+    rows = Rows(rows.file, rows.time * time_scale, rows.values * scales, rows.lines, name, arrival)
     count = rows.time.size
-    rows, events = in_order(rows, cfg.time_errors)
+    rows, early = _as_they_came(rows)
+    rows, events = in_order(rows, "sort" if arrival is not None and cfg.time_errors == "error" else cfg.time_errors)
     rows = _cut(rows, cfg)
     nominal = 1.0 / cfg.rate if cfg.rate is not None else period
     if nominal is not None:
@@ -87,7 +96,8 @@ def read_stream(
         "rows": int(count),
         "rows_used": int(rows.time.size),
     }
-    return Stream(name, rows.time, rows.values, tuple(needed), "sample", nominal), (*events, *missing), facts
+    made = Stream(name, rows.time, rows.values, tuple(needed), "sample", nominal, rows.arrival)
+    return made, (*early, *events, *missing), facts
 
 
 def _rows(name: str, path: Path, cfg: LogStreamConfig, columns: tuple[str, ...]) -> tuple[Rows, float | None]:
@@ -101,13 +111,36 @@ def _rows(name: str, path: Path, cfg: LogStreamConfig, columns: tuple[str, ...])
             hint="say `format: csv` or `format: npz`",
         )
     time = cfg.time or _TIME[format]
+    read = columns if cfg.arrival in (None, *columns) else (*columns, str(cfg.arrival))
     try:
         if format == "npz":
-            return _archive(path, time, columns)
-        values, lines = read_columns(path, (time, *columns), cfg.separator, cfg.decimal)
+            rows, period = _archive(path, time, read)
+        else:
+            values, lines = read_columns(path, (time, *read), cfg.separator, cfg.decimal)
+            rows, period = Rows(str(path), values[:, 0], values[:, 1:], lines), None
     except OSError as cause:
         raise DataError(f"cannot read the log: {cause.strerror or cause}", location=Location(str(path))) from cause
-    return Rows(str(path), values[:, 0], values[:, 1:], lines), None
+    if cfg.arrival is None:
+        return rows, period
+    return replace(rows, values=rows.values[:, : len(columns)], arrival=rows.values[:, read.index(cfg.arrival)]), period
+
+
+def _as_they_came(rows: Rows) -> tuple[Rows, tuple[Event, ...]]:
+    """Rows in the order of their arrival, where the log says it, and an event if some came before their own instant."""
+    if rows.arrival is None:
+        return rows, ()
+    holes = np.flatnonzero(~np.isfinite(rows.arrival))
+    if holes.size:
+        raise DataError(f"row {holes[0] + 1} does not say when it arrived", location=rows.at(int(holes[0])))
+    early = rows.arrival < rows.time - SAME
+    events: tuple[Event, ...] = ()
+    if early.any():
+        first, by = int(np.argmax(early)), float(np.max((rows.time - rows.arrival)[early]))
+        text = (
+            f"rows arrive up to {by:.6g} s before their own instant, first in {rows.at(first)}: the clocks do not agree"
+        )
+        events = (Event(float(rows.time[first]), rows.stream, "early", text, int(early.sum())),)
+    return rows.take(np.argsort(rows.arrival, kind="stable")), events
 
 
 def _archive(path: Path, time: str, columns: tuple[str, ...]) -> tuple[Rows, float | None]:
@@ -178,4 +211,4 @@ def _without_infinities(rows: Rows, columns: tuple[str, ...]) -> tuple[Rows, tup
         text = f"{what} missing or not finite and skipped{', first' if count > 1 else ''} in {rows.at(first)}"
         events.append(Event(float(rows.time[first]), rows.stream, "missing", text, count))
     values = np.where(bad, np.nan, rows.values)
-    return Rows(rows.file, rows.time, values, rows.lines, rows.stream), tuple(events)
+    return replace(rows, values=values), tuple(events)

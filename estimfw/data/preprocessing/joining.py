@@ -94,7 +94,9 @@ def joined(
     )
     rows = np.broadcast_to(target.values[..., inside, :], (*lead, int(inside.sum()), len(target.columns)))
     values = np.concatenate([rows, np.moveaxis(made, -1, -2)], axis=-1)
-    result = replace(target, time=target.time[inside], values=values, columns=(*target.columns, *columns.values()))
+    arrival = target.arrival[inside] if target.arrival is not None else None
+    columns_made = (*target.columns, *columns.values())
+    result = replace(target, time=target.time[inside], values=values, columns=columns_made, arrival=arrival)
     told = (*_cut(target, source, inside), *_readings(result, source, made, bridged))
     if joining.missing == "refuse" and np.isnan(made).any():
         raise refused_hole(source.name, float(result.time[count_of(np.isnan(made))[0]]), reach)

@@ -71,7 +71,8 @@ def ordered(stream: Stream) -> tuple[Stream, tuple[Event, ...]]:
     event = Event(
         float(time[np.argmax(same)]), stream.name, "duplicate", "identical rows are used once", int(same.sum())
     )
-    return replace(stream, time=time[~same], values=stream.values[..., ~same, :]), (event,)
+    arrival = stream.arrival[~same] if stream.arrival is not None else None
+    return replace(stream, time=time[~same], values=stream.values[..., ~same, :], arrival=arrival), (event,)
 
 
 def _refuse_jump(stream: Stream, step: FloatArray) -> None:
