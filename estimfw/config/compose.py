@@ -152,7 +152,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     plan = _plan(model, provider, settings, estimator, document)
     _refuse_unknown_gates(estimator, build, plan)
     _exact_quotient(model, plan, provider, settings, document)
-    _refuse_unknown_health(cfg, model, plan, document)
+    _refuse_health(cfg, plan, estimation.kind, document)
     truth, unpriced = own_truth(full, model, changes, provider, settings.computed, reference, plan)
     return Problem(
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),
@@ -345,8 +345,8 @@ def _refuse_unknown_gates(estimator: RecursionSettings, build: Builder, plan: Pl
             )
 
 
-def _refuse_unknown_health(cfg: FilterConfig, model: Model, plan: Plan, document: Document) -> None:
-    fault = health_fault(cfg.health, model, frozenset(m.name for m in plan.measurements if m.gate is not None))
+def _refuse_health(cfg: FilterConfig, plan: Plan, kind: str, document: Document) -> None:
+    fault = health_fault(cfg.health, {m.name: m.gate is not None for m in plan.measurements}, kind)
     if fault is not None:
         document.placed(fault, ())
         raise fault

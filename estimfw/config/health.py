@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict
 
 from estimfw.config.types import Names, Number, Settings, non_negative_quantity
 from estimfw.errors import ConfigError
-from estimfw.model.model import Model
 from estimfw.spelling import did_you_mean
 
 __all__ = ["DivergenceConfig", "HealthConfig", "RejectedConfig", "health_fault"]
@@ -68,12 +67,20 @@ class HealthConfig(Settings):
         )
 
 
-def health_fault(health: HealthConfig | None, model: Model, gated: frozenset[str]) -> ConfigError | None:
-    """What is wrong with the names of a section; None if nothing is."""
-    return next(_faults(health, [m.name for m in model.measurements], gated), None) if health is not None else None
+def health_fault(health: HealthConfig | None, measurements: Mapping[str, bool], estimator: str) -> ConfigError | None:
+    """What is wrong with a section; None if nothing is. ``measurements``: whether they have a gate; ``estimator``: its kind."""
+    if health is None:
+        return None
+    if estimator == "decentralised" and health.rejected is not None and health.rejected.then in ("inflate", "restart"):
+        return ConfigError(
+            "the nodes of a decentralised filter do not agree on a recovery",
+            hint="`then: flag` or `then: stop`",
+            within=("health", "rejected", "then"),
+        )
+    return next(_faults(health, list(measurements), {name for name, gate in measurements.items() if gate}), None)
 
 
-def _faults(health: HealthConfig, names: list[str], gated: frozenset[str]) -> Iterator[ConfigError]:
+def _faults(health: HealthConfig, names: list[str], gated: set[str]) -> Iterator[ConfigError]:
     for key, part in (("rejected", health.rejected), ("divergence", health.divergence)):
         for i, name in enumerate(part.of or () if part is not None else ()):
             if name not in names:

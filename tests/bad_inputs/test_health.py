@@ -187,3 +187,17 @@ def test_in_a_monte_carlo_nothing_is_done_about_it(check: Run, tracker: Run) -> 
     )
     assert check(stopping, "--json", command="run").code == 6
     assert check(stopping, "--runs", "10", "--json", command="montecarlo").code == 0
+
+
+def test_a_decentralised_filter_tells_and_stops_and_does_not_recover(boat: Run) -> None:
+    nodes = (
+        "{kind: decentralised, gate: 0.999, nodes: [{name: one, blocks: [position, velocity], measurements: [fix]}]}"
+    )
+    told = boat(fixes(jump=1e5), "{rejected: {then: restart}}", f"estimator={nodes}")
+    assert told.code == 3
+    told.says("health.rejected.then: the nodes of a decentralised filter do not agree on a recovery")
+    (event,) = events(
+        answered(boat(fixes(jump=1e5), "{rejected: {then: flag}}", f"estimator={nodes}")), "health degraded"
+    )
+    assert event["count"] == 301
+    assert boat(fixes(jump=1e5), "{rejected: {then: stop}}", f"estimator={nodes}").code == 6
