@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.data.record import SAME
 from estimfw.estimators.links import Links
-from estimfw.kernels import ud
-from estimfw.kernels.smooth import Link, backward, composed
+from estimfw.kernels.smooth import Link
 
 __all__ = ["FixedLag", "Lagged"]
 
@@ -26,11 +26,14 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Lagged:
-    """The state at ``time`` (s): ``estimate`` (n,) and ``covariance`` (n, n) with all data up to the lag after it."""
+    """The state at ``time`` (s): ``estimate`` (n,) and covariance by all data up to the lag after it.
+
+    ``form`` (n, n): the covariance in the form of `estimfw.kernels.ud`.
+    """
 
     time: float
     estimate: FloatArray
-    covariance: FloatArray
+    form: FloatArray
 
 
 class FixedLag:
@@ -40,10 +43,12 @@ class FixedLag:
     ----------
     lag : float, s
         A step is smoothed as soon as the filter is so much later; data after that do not count.
+    kernel : module
+        `estimfw.kernels.smooth` or its compiled twin.
     """
 
-    def __init__(self, lag: float) -> None:
-        self.lag = lag
+    def __init__(self, lag: float, kernel: ModuleType) -> None:
+        self.lag, self._kernel = lag, kernel
         self._waiting: deque[tuple[float, FloatArray]] = deque()
         self._front: list[Link] = []
         self._behind: list[Link] = []
@@ -60,7 +65,7 @@ class FixedLag:
             if self._waiting:
                 link = links.gain[k], links.shift[k], links.rest[k]
                 self._behind.append(link)
-                self._total = link if self._total is None else composed(self._total, link)
+                self._total = link if self._total is None else self._kernel.composed(self._total, link)
             self._waiting.append((end, estimate[k]))
             self._newest = links.form[k]
             done += self._taken(end - self.lag + SAME)
@@ -81,15 +86,15 @@ class FixedLag:
         links = [link for link in (self._front[-1] if self._front else None, self._total) if link is not None]
         n = estimate.size
         C, b, L = (np.array([link[i] for link in links]) for i in range(3))
-        corrections, forms = backward(
+        corrections, forms = self._kernel.backward(
             C.reshape(-1, n, n), b.reshape(-1, n), L.reshape(-1, n, n), np.zeros(n), self._newest
         )
-        return Lagged(time, estimate + corrections[0], ud.covariance(forms[0]))
+        return Lagged(time, estimate + corrections[0], forms[0])
 
     def _drop_link(self) -> None:
         """The link from the step that is next to the one that was taken."""
         if not self._front:
             for link in reversed(self._behind):
-                self._front.append(composed(link, self._front[-1]) if self._front else link)
+                self._front.append(self._kernel.composed(link, self._front[-1]) if self._front else link)
             self._behind, self._total = [], None
         self._front.pop()

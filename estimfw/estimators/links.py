@@ -71,8 +71,8 @@ class Linker:
             noise[0] += 0.5 * (added + added.T)
         form = np.concatenate([last[None], self._factor(moves.form)])
         gain, rest = self._kernel.gain(form[:-1], moves.transition, noise)
-        predicted = np.einsum("kij,kj->ki", moves.transition, _begun(stretch)) + moves.drift
-        shift = np.einsum("kij,kj->ki", gain, result.estimate - predicted)
+        predicted = (moves.transition @ _begun(stretch)[..., None])[..., 0] + moves.drift
+        shift = (gain @ (result.estimate - predicted)[..., None])[..., 0]
         for k in np.flatnonzero(stretch.chunk.restart):
             gain[k], shift[k], rest[k] = 0.0, 0.0, form[k]
         self._last = form[-1]

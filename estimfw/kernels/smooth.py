@@ -28,7 +28,7 @@ __all__ = ["Link", "backward", "composed", "gain"]
 FloatArray = NDArray[np.float64]
 Link = tuple[FloatArray, FloatArray, FloatArray]
 
-#: What of a prediction's variance is no larger than this part of it is a rounding: it is known from the rest.
+#: What of a variance is no larger than this part of it is a rounding: it is known from the rest.
 KNOWN = 1e-22
 
 
@@ -47,7 +47,7 @@ def gain(form: FloatArray, Phi: FloatArray, Q: FloatArray) -> tuple[FloatArray, 
     C = G.copy()
     for j in range(1, n):
         C[..., j] -= np.einsum("...ij,...j->...i", C[..., :j], U_after[..., :j, j])
-    return C, orthogonal(B, weight)[0]
+    return C, orthogonal(B, weight, KNOWN)[0]
 
 
 def backward(

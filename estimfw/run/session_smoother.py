@@ -15,7 +15,7 @@ from estimfw.errors import UsageError
 from estimfw.estimators.fixed_lag import FixedLag, Lagged
 from estimfw.estimators.links import Linker
 from estimfw.estimators.stretch import Stretch
-from estimfw.kernels import smooth
+from estimfw.kernels import smooth, ud
 from estimfw.run.smoothing import smoothed_outputs
 
 __all__ = ["SessionSmoother", "SmoothedEstimate"]
@@ -48,7 +48,7 @@ class SessionSmoother:
                 "a session cannot smooth over an interval that has not ended",
                 hint="estimator.smoother: {kind: fixed_lag, lag: 60 s}, or none",
             )
-        self._problem, self._lag = problem, FixedLag(cfg.lag)
+        self._problem, self._lag = problem, FixedLag(cfg.lag, smooth)
         self._linked = Linker(smooth, factored=problem.estimator.covariance == "ud")
         self._rows: deque[FloatArray] = deque()
 
@@ -61,14 +61,15 @@ class SessionSmoother:
     def _told(self, one: Lagged) -> SmoothedEstimate:
         plan = self._problem.plan
         row = self._rows.popleft()
-        values, spreads = smoothed_outputs(self._problem, one.estimate[None], one.covariance[None], row[None])
+        values, spreads = smoothed_outputs(self._problem, one.estimate[None], one.form[None], row[None])
         labels = [label for output, _ in plan.outputs for label in output.labels]
-        sigma = np.sqrt(np.maximum(np.diag(one.covariance), 0.0))
+        covariance = ud.covariance(one.form)
+        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         return SmoothedEstimate(
             time=one.time,
             states=_pairs(plan.states, one.estimate, sigma),
             outputs=_pairs(labels, values[0], spreads[0]),
-            covariance=one.covariance,
+            covariance=covariance,
         )
 
 

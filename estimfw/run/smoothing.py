@@ -18,7 +18,7 @@ from estimfw.estimators.fixed_lag import FixedLag, Lagged
 from estimfw.estimators.links import Linker, Links
 from estimfw.estimators.scan import ChunkResult
 from estimfw.estimators.stretch import Stretch
-from estimfw.kernels import ud
+from estimfw.kernels import smooth, ud
 from estimfw.run.outputs import output_values
 from estimfw.run.prepare import Prepared
 
@@ -84,12 +84,13 @@ class Smoothing(ABC):
     @abstractmethod
     def _parts(self) -> list[Smoothed]: ...
 
-    def _part(self, first: int, estimate: FloatArray, covariance: FloatArray, rows: FloatArray) -> Smoothed:
-        """What is kept of K steps from ``first`` on, with their nominal (K, provided)."""
-        values, sigmas = smoothed_outputs(self._prepared.problem, estimate, covariance, rows)
+    def _part(self, first: int, estimate: FloatArray, form: FloatArray, rows: FloatArray) -> Smoothed:
+        """What is kept of K steps from ``first`` on: estimates, factored covariances, nominal (K, provided)."""
+        values, sigmas = smoothed_outputs(self._prepared.problem, estimate, form, rows)
         inside = self._wanted[(self._wanted >= first) & (self._wanted < first + len(estimate))] - first
-        sigma = np.sqrt(np.maximum(np.einsum("kii->ki", covariance), 0.0))
-        return Smoothed(estimate, sigma, values, sigmas, covariance[inside])
+        U, D = ud.split(form)
+        sigma = np.sqrt(np.maximum((U**2 @ D[..., None])[..., 0], 0.0))
+        return Smoothed(estimate, sigma, values, sigmas, ud.covariance(form[inside]))
 
 
 class FixedIntervalSmoothing(Smoothing):
@@ -112,7 +113,7 @@ class FixedIntervalSmoothing(Smoothing):
                 gain, shift, rest, estimate, rows = shelf.take()
                 u, forms = self._kernel.backward(gain, shift, rest, correction, form)
                 correction, form, end = u[0], forms[0], end - len(estimate)
-                parts.append(self._part(end, estimate + u[1:], ud.covariance(forms[1:]), rows))
+                parts.append(self._part(end, estimate + u[1:], forms[1:], rows))
         return parts[::-1]
 
 
@@ -121,7 +122,7 @@ class FixedLagSmoothing(Smoothing):
 
     def __init__(self, prepared: Prepared, wanted: NDArray[np.int64], lag: float) -> None:
         super().__init__(prepared, wanted)
-        self._lag, self._done = FixedLag(lag), list[Smoothed]()
+        self._lag, self._done = FixedLag(lag, self._kernel), list[Smoothed]()
         self._rows: deque[FloatArray] = deque()
         self._count = 0
 
@@ -137,8 +138,8 @@ class FixedLagSmoothing(Smoothing):
         if not done:
             return
         rows = np.stack([self._rows.popleft() for _ in done])
-        estimate, covariance = np.stack([one.estimate for one in done]), np.stack([one.covariance for one in done])
-        self._done.append(self._part(self._count, estimate, covariance, rows))
+        estimate, form = np.stack([one.estimate for one in done]), np.stack([one.form for one in done])
+        self._done.append(self._part(self._count, estimate, form, rows))
         self._count += len(done)
 
 
@@ -154,18 +155,25 @@ def chosen_smoothing(prepared: Prepared, wanted: NDArray[np.int64]) -> Smoothing
 
 def smoothing_kernel(prepared: Prepared) -> ModuleType:
     """Compiled where the filter is."""
-    from estimfw.kernels import smooth
+    if prepared.scan.name != "numba":
+        return smooth
+    from estimfw.kernels import compiled_smooth
 
-    return smooth
+    return compiled_smooth
 
 
 def smoothed_outputs(
-    problem: Problem, estimate: FloatArray, covariance: FloatArray, rows: FloatArray
+    problem: Problem, estimate: FloatArray, form: FloatArray, rows: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Values and sigmas (K, all components) of the outputs for smoothed states, which correct the nominal rows (K, provided)."""
-    complete = problem.plan.layout.complete(rows)
-    result = replace(ChunkResult.empty(problem.plan, 0, 0), estimate=estimate, covariance=covariance)
-    made = [output_values(problem, o, j, result, complete) for o, j in problem.plan.outputs]
+    """Values and sigmas (K, all components) of the outputs for smoothed states, which correct the nominal rows (K, provided).
+
+    ``form`` (K, n, n): their covariances, factored.
+    """
     empty = np.zeros((len(estimate), 0))
+    if not problem.plan.outputs:
+        return empty, empty
+    complete = problem.plan.layout.complete(rows)
+    result = replace(ChunkResult.empty(problem.plan, 0, 0), estimate=estimate, covariance=ud.covariance(form))
+    made = [output_values(problem, o, j, result, complete) for o, j in problem.plan.outputs]
     values, sigmas = ([empty, *(each[i] for each in made)] for i in (0, 1))
     return np.concatenate(values, axis=1), np.concatenate(sigmas, axis=1)

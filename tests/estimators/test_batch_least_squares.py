@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, qr, solve_triangular
 
 from estimfw.config.compose import Problem
+from estimfw.data.record import Record, Stream
 from estimfw.kernels import fuse, joseph, smooth, ud
 from estimfw.kernels.fuse import FUSED
 from estimfw.run.load import load_record
@@ -209,3 +210,27 @@ def test_heated_thermal_model(example: Example) -> None:
         fixes=[[(z, np.array([[0.0, 1.0]]), np.array([[0.04]]))] for z in sensor.values],
     )
     assert_same(run_problem(problem, record=record), system)
+
+
+def test_a_covariance_that_health_inflates_is_a_jump_of_the_state(composed: Callable[[str], Problem]) -> None:
+    # After three refused readings the prior's variance is added: 1-state random walk with as much noise at that instant.
+    problem = composed(
+        "estimfw: 1\nblocks: {x: {kind: random_walk, unit: m, sigma: 4 m, noise: 0.1 m/sqrt(s)}}\n"
+        "measurements: {fix: {kind: direct, of: [{block: x}], noise: 0.5 m}}\n"
+        "health: {rejected: {times: 3, then: inflate}}\n"
+        "estimator: {kind: kalman, gate: 0.99, smoother: {kind: fixed_interval}}\n"
+    )
+    z = np.random.default_rng(1).normal(0.0, 0.5, 30) + np.where(np.arange(30) < 15, 0.0, 6.0)
+    stream = Stream("fix", np.arange(1.0, 31.0), z[:, None], ("fix",), "sample", 1.0)
+    run = run_problem(problem, record=Record({"fix": stream}, initial={"time": np.array(0.0)}))
+    (event,) = (e for e in run.events if e.kind == "recovery")
+    jumped = int(np.searchsorted(run.prepared.steps.time, event.time + 1e-6))
+    assert np.all(run.disposition[jumped - 3 : jumped] == 1) and run.disposition[jumped] == FUSED
+    dt = np.diff(run.prepared.steps.time, prepend=run.prepared.steps.start)
+    one = np.ones((1, 1))
+    system = System(
+        mean=np.zeros(1), P=16.0 * one, Phi=[one] * len(dt), d=[np.zeros(1)] * len(dt),
+        Q=[(0.01 * step + (16.0 if k == jumped else 0.0)) * one for k, step in enumerate(dt)],
+        fixes=[[(v, one, 0.25 * one)] if c == FUSED else [] for v, c in zip(stream.values, run.disposition[:, 0], strict=True)],
+    )  # fmt: skip
+    assert_same(run, system)

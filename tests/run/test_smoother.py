@@ -268,3 +268,14 @@ def test_smoothed_sigmas_are_honest(example: Example) -> None:
             ]
         )
     assert np.all(np.abs(np.mean(nees, axis=0) - 4.0) < 3.5 * np.sqrt(2 * 4 / 50))
+
+
+@pytest.mark.parametrize("how", [INTERVAL, lag(2.0)])
+@pytest.mark.parametrize(
+    ("name", "more"), [("tracker", ("source.duration=30 s",)), ("thermal", ()), ("static_12", CLOSED)]
+)
+def test_compiled_and_numpy_smoothers_agree(example: Example, name: str, more: tuple[str, ...], how: str) -> None:
+    plain, compiled = (
+        smoothed(run_problem(example(name, *more, f"estimator.kernel={kernel}", how))) for kernel in ("numpy", "numba")
+    )
+    assert differing(compiled, plain) < 1e-9
