@@ -118,7 +118,7 @@ def driven_steps(
     time = driver.time[rows[1:] - 1]
     begin = float(driver.time[first] - period) if start is None else float(start)
     dt = _snapped(np.diff(np.concatenate([[begin], time])), per_step * period)
-    events = _left_over(driver, len(driver) - int(rows[-1]))
+    events = (*_left_over(driver, len(driver) - int(rows[-1])), *_missing_steps(driver, time, dt, per_step * period))
     arrivals = arrivals_of(_measured(streams, wanted), [driver], time, replay)
     due, found = _dues(time, dt, begin, streams, wanted, arrivals)
     return Steps(begin, time, dt, rows, due, _restarts(time, dt, restarts), (*events, *found))
@@ -186,6 +186,16 @@ def _snapped(dt: FloatArray, nominal: float) -> FloatArray:
     known, inverse = np.unique(np.round(dt, 9), return_inverse=True)
     first = np.array([dt[np.argmax(inverse == k)] for k in range(known.size)])
     return np.asarray(first[inverse], dtype=float)
+
+
+def _missing_steps(driver: Stream, time: FloatArray, dt: FloatArray, period: float) -> tuple[Event, ...]:
+    """Of a driver of samples, which a longer step bridges; what becomes of missing increments is for their source to say."""
+    gaps = dt > 1.5 * period
+    if driver.kind != "sample" or not np.any(gaps):
+        return ()
+    at, longest = int(np.argmax(gaps)), float(np.max(dt))
+    text = f"steps longer than 1.5 x {period:g} s, up to {longest:g} s: rows are missing, one step bridges them"
+    return (Event(float(time[at] - dt[at]), driver.name, "gap", text, int(gaps.sum())),)
 
 
 def _left_over(driver: Stream, rows: int) -> tuple[Event, ...]:

@@ -41,8 +41,23 @@ def van_loan(
     block[..., 2 * n, n : 2 * n] = b * h[..., 0]
     exponential = expm(block)
     Phi = np.swapaxes(exponential[..., n : 2 * n, n : 2 * n], -1, -2)
-    Q = Phi @ exponential[..., :n, n : 2 * n]
+    Q = np.where(_reached(F, D), Phi @ exponential[..., :n, n : 2 * n], 0.0)
     return doubled(Phi, Q, exponential[..., 2 * n, n : 2 * n], doublings)
+
+
+def _reached(F: FloatArray, D: FloatArray) -> NDArray[np.bool_]:
+    """Pairs of states (..., n, n) that noise gets to by the pattern of F and D; the others have none.
+
+    What a matrix exponential leaves of rounding at the others, a constant for instance, would be pivots of a factor of Q.
+    """
+    reached = np.einsum("...ii->...i", D) != 0.0
+    couples = F != 0.0
+    for _ in range(F.shape[-1]):
+        more = reached | np.any(couples & reached[..., None, :], axis=-1)
+        if np.array_equal(more, reached):
+            break
+        reached = more
+    return np.asarray(reached[..., :, None] & reached[..., None, :])
 
 
 def series(

@@ -13,6 +13,7 @@ from scipy.integrate import quad_vec
 from scipy.linalg import expm
 
 from estimfw.errors import NumericalError
+from estimfw.kernels import ud
 from estimfw.kernels.discretise import held_noise, series, van_loan
 from estimfw.plan.discretisation import MOST_DOUBLINGS, Discretisation
 
@@ -120,3 +121,26 @@ def test_dynamics_too_stiff_for_sub_steps_are_refused(rate: float) -> None:
     assert ("too stiff for the step: |eigenvalue of F| x dt" if np.isfinite(rate) else "not finite") in str(
         caught.value
     )
+
+
+def test_states_that_no_noise_reaches_have_none_to_the_last_bit() -> None:
+    """A velocity with noise, its integral in units that make it tiny, a constant that drives both: the constant stays one.
+
+    Roundings at the constant would be negative pivots in a factor of Q, and what stands above them in their column enormous.
+    """
+    F = np.array([[0.0, 0.0, 1.0], [1.6e-7, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    D = np.diag([1e-8, 0.0, 0.0])
+    _, Q, _ = van_loan(F, D, np.zeros(3), np.array(1.0))
+    np.testing.assert_array_equal(Q[2], 0.0)
+    np.testing.assert_array_equal(Q[:, 2], 0.0)
+    assert Q[1, 1] == pytest.approx(1e-8 * 1.6e-7**2 / 3.0, rel=1e-12)
+    assert np.all(np.diag(ud.factor(Q)) >= 0.0)
+
+
+def test_noise_reaches_states_through_others_with_leading_axes() -> None:
+    F = np.zeros((2, 3, 3))
+    F[0, 1, 0] = F[0, 2, 1] = 1.0
+    D = np.broadcast_to(np.diag([1.0, 0.0, 0.0]), (2, 3, 3))
+    _, Q, _ = van_loan(F, D, np.zeros((2, 3)), np.array(1.0))
+    assert np.all(np.diag(Q[0]) > 0.0)
+    np.testing.assert_allclose(Q[1], np.diag([1.0, 0.0, 0.0]), atol=1e-15)

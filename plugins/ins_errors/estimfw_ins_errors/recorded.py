@@ -161,7 +161,7 @@ class Recorded:
                 hint="a session takes start=InitialNominal({'latitude': ..., 'velocity_t': ..., 'heading': ...}) in rad and m/s",
             )
         stream = record.streams[self.stream]
-        first = self._recorded(stream, stream.values[:1])[0]
+        first = self.recorded(stream, stream.values[:1])[0]
         if not np.all(np.isfinite(first)):
             raise DataError(
                 f"stream {self.stream!r}: the first row, which is the start, is not complete", hint="cut it off"
@@ -177,7 +177,7 @@ class Recorded:
         """The pure functions, with the process row at the start, middle or end of a step."""
         return BoundRecorded(self, np.array([POINTS[settings.evaluation], self.gravity]))
 
-    def _recorded(self, stream: Stream, values: FloatArray) -> FloatArray:
+    def recorded(self, stream: Stream, values: FloatArray) -> FloatArray:
         """Columns (..., 5) in the order of a sample; a longitude that is not recorded is 0."""
         missing = [c for c in self.columns if c not in stream.columns]
         if missing:
@@ -217,12 +217,25 @@ class BoundRecorded:
         return recorded_step.row_of(recorded, correction, still, still[..., 0], self.params[1])
 
     def samples(self, stream: Stream, rows: NDArray[np.int64]) -> FloatArray:
-        """Samples (..., steps, 6): length of each step, and the row at its end."""
+        """Samples (..., steps, 6): length of each step, and the row at its end.
+
+        Raises
+        ------
+        DataError
+            A row is not complete: there is no INS to go on with.
+        """
         last = rows[1:] - 1
         period = stream.period if stream.period is not None else 1.0
         before = stream.time[np.maximum(last - 1, 0)]
         dt = np.where(last > 0, stream.time[last] - before, period)
-        values = self.provider._recorded(stream, stream.values[..., last, :])
+        values = self.provider.recorded(stream, stream.values[..., last, :])
+        missing = ~np.all(np.isfinite(values), axis=tuple(i for i in range(values.ndim) if i != values.ndim - 2))
+        if np.any(missing):
+            at = float(stream.time[last][int(np.argmax(missing))])
+            raise DataError(
+                f"stream {stream.name!r}: the row at {at:.10g} s is not complete; {int(missing.sum())} of these are not",
+                hint="leave such rows out of the log: a step to the next row is made, and the gap is flagged",
+            )
         return np.concatenate([np.broadcast_to(dt[:, None], (*values.shape[:-1], 1)), values], axis=-1)
 
     def step(self, state: FloatArray, sample: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
