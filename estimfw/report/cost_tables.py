@@ -66,6 +66,8 @@ def cost_notes(costed: Costed) -> list[str]:
     busiest = [f for f in cut.forms if f.key == "busiest"] if cut is not None else []
     if any(f.counted is not None and f.counted != f.products for f in busiest):
         told.append(HALVES)
+    if costed.members:
+        told.append("Of one member of the bank.")
     if costed.correlated:
         told.append("Noises of rows are correlated here: telling them apart is not counted.")
     if costed.varying:

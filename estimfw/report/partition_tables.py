@@ -82,13 +82,11 @@ def objective_text(by: PartitionBy, states: Sequence[str]) -> str:
     cut = by.cut
     what = "sum of |ρ| within groups" if by.measure == "correlation" else "sum of couplings within groups"
     how = f"the best of all {cut.cases} partitions" if cut.exact else "greedy with exchanges: there may be better ones"
-    told = f"J = {cut.objective:.6g} ({what}), {how}"
-    return f"{told}; {_runner_up(cut, states)}"
+    told = f"J = {cut.objective:.6g} ({what}), {'the only partition' if cut.cases == 1 else how}"
+    return told if cut.runner_up is None else f"{told}; {_runner_up(cut, states)}"
 
 
 def _runner_up(cut: Cut, states: Sequence[str]) -> str:
-    if cut.runner_up is None:
-        return "there is no other one"
     nearest = "next best" if cut.exact else "best exchange"
     return f"{nearest} J = {cut.runner_up_objective:.6g} ({_difference(cut, states)})"
 

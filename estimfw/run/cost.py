@@ -109,6 +109,8 @@ class Costed:
         Whether each row reads one state as it is.
     correlated : bool
         Whether rows of one measurement have correlated noises, which have to be told apart first.
+    members : bool
+        Whether it is that of one member of a bank.
     forms : tuple of FormCost
         Of one processor.
     cut : CutCost or None
@@ -122,6 +124,7 @@ class Costed:
     varying: str
     selecting: bool
     correlated: bool
+    members: bool
     forms: tuple[FormCost, ...]
     cut: CutCost | None
 
@@ -162,6 +165,7 @@ def cost_of_filter(problem: Problem, link: Link, nodes: Nodes | None = None, *, 
         varying="" if plan.time_invariant else plan.reason,
         selecting=_selecting(H),
         correlated=any(R != 0.0 for m in plan.whole.measurements for i, row in enumerate(m.R) for R in row[:i]),
+        members=problem.kind == "bank",
         forms=_global_forms(Phi, H, problem.estimator.covariance, run=run),
         cut=_cut_cost(Phi, H, nodes, link, run=run) if nodes is not None else None,
     )

@@ -94,3 +94,7 @@ def test_correlated_noises_are_told_to_be_left_out(composed: Composed) -> None:
     assert not cost_of_filter(composed(text), NETWORK).correlated
     correlated = composed(text.replace("noise: 0.01 m/s}", "noise: 0.01 m/s, correlation: [[1, 0.5], [0.5, 1]]}"))
     assert cost_of_filter(correlated, NETWORK).correlated
+
+
+def test_of_a_bank_one_member_is_counted(example: Example) -> None:
+    assert cost_of_filter(example("static_bank"), NETWORK, counted=False).members
