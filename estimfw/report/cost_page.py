@@ -39,7 +39,7 @@ def cost_page(costed: Costed, measured: Measured | None = None) -> str:
     if measured is not None:
         sections.append(Section("measured", "Measured beside predicted", table(measured_table(costed, measured))))
     title = f"Cost of a step: {costed.name}"
-    lines = "".join(f"<p>{escape(text)}</p>\n" for text in verdicts(costed))
+    lines = "".join(f"<p>{escape(text)}</p>\n" for text in verdicts(costed, measured))
     size = f"<p>{costed.states} states, {costed.rows} rows of measurements.</p>\n"
     header = f"<header>\n<h1>{escape(title)}</h1>\n{size}{lines}</header>\n"
     return document(title, header, sections, charts, __version__)

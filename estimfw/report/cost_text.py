@@ -24,6 +24,6 @@ def print_cost(costed: Costed, console: Console, measured: Measured | None = Non
     print_table(console, "A processor for each node", times_table(costed.cut))
     if measured is not None:
         print_table(console, "Measured beside predicted", measured_table(costed, measured))
-    for text in verdicts(costed):
+    for text in verdicts(costed, measured):
         console.print()
         console.print(Text(text, style="bold"))

@@ -6,6 +6,8 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from tests.cli.conftest import Told
 from tests.run.gravimeter_text import gravimeter
 
@@ -74,3 +76,35 @@ def test_faults_of_usage_say_what_to_write(estimfw: Callable[..., Told]) -> None
     ):
         told = estimfw("cost", *TRACKER, *arguments)
         assert told.code == 2 and what in told.err, arguments
+
+
+def test_a_hundred_states_in_five_nodes_are_timed_beside_the_prediction(estimfw: Callable[..., Told]) -> None:
+    answer = json.loads(
+        estimfw("cost", "examples/chain_100.yaml", "--set", "source.duration=3 s", "--measure", "--json").out
+    )
+    # The specification of the gravimeter's alignment, section 3: 100 states, 10 rows, 5 subsystems.
+    forms = {f["form"]: f["multiplications"] for f in (*answer["forms"], *answer["nodes"]["forms"])}
+    assert [forms[k] for k in ("textbook", "symmetric", "selecting")] == [3233000, 1669500, 1567500]
+    assert [forms[k] for k in ("decentralised", "triangular", "busiest")] == [1693640, 1589140, 339240]
+    assert answer["nodes"]["words"]["formula"] == 6175
+    measured = answer["measured"]
+    assert measured["one_node"]["multiplications"] == 2233000
+    assert measured["busiest"]["measured"] < measured["together"]["measured"]
+    assert measured["busiest"]["predicted"] == pytest.approx(measured["multiplication"] * 339240)
+    assert any(text.startswith("Measured here") for text in answer["verdicts"])
+
+
+@pytest.mark.slow
+def test_the_work_of_a_hundred_states_is_what_a_run_on_counting_numbers_takes(estimfw: Callable[..., Told]) -> None:
+    answer = json.loads(estimfw("cost", "examples/chain_100.yaml", "--count", "--json").out)
+    for form in (*answer["forms"], *answer["nodes"]["forms"]):
+        if form["form"] != "busiest":
+            assert form["counted"] == form["multiplications"], form["form"]
+    assert answer["nodes"]["words"]["sent"] == 6175
+
+
+def test_nodes_are_not_cut_again_and_are_needed_for_timing(estimfw: Callable[..., Told]) -> None:
+    told = estimfw("cost", "examples/tracker_decentralised.yaml", "--into", "2")
+    assert told.code == 2 and "has nodes already" in told.err
+    told = estimfw("cost", *TRACKER, "--measure")
+    assert told.code == 2 and "--into 2" in told.err

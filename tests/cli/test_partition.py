@@ -6,6 +6,8 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import xarray as xr
 from ruamel.yaml import YAML
 
 from tests.cli.conftest import Told
@@ -67,3 +69,25 @@ def test_faults_of_usage_say_what_to_write(estimfw: Callable[..., Told]) -> None
     ):
         told = estimfw("partition", *TRACKER, *arguments)
         assert told.code == 2 and what in told.err
+
+
+def test_pasted_nodes_are_the_global_filter(estimfw: Callable[..., Told]) -> None:
+    text = gravimeter(30, 120)
+    Path("g.yaml").write_text(text)
+    told = estimfw("partition", "g.yaml", "--into", "2", "--no-price").out
+    pasted = told[told.index("estimator:") : told.index("# groups by physical coupling")]
+    Path("nodes.yaml").write_text(text.replace("estimator: {kind: kalman}\n", pasted))
+    ends = []
+    for name in ("g", "nodes"):
+        assert estimfw("run", f"{name}.yaml", "-o", name, "--no-report").code == 0
+        with xr.open_dataset(Path(name) / "result.nc", engine="h5netcdf") as result:
+            ends.append((result["estimate"].to_numpy(), result["sigma"].to_numpy()))
+    (one, sigma), (several, own) = ends
+    assert np.abs((one - several) / sigma).max() < 1e-9 and np.abs(own / sigma - 1.0).max() < 1e-9
+
+
+def test_the_covariance_of_a_form_that_drops_some_is_not_taken(estimfw: Callable[..., Told]) -> None:
+    config = ("examples/tracker_decentralised.yaml", "--set", "source.duration=20 s")
+    assert estimfw("partition", *config, "--into", "2").code == 0
+    told = estimfw("partition", *config, "--into", "2", "--set", "estimator.cross_covariance=drop")
+    assert told.code == 3 and "cross_covariance=exact" in told.err
