@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 __all__ = ["Setting", "settings_sheet", "settings_text"]
@@ -58,13 +58,40 @@ def _settings(definitions: Mapping[str, Schema], schema: Schema, prefix: str) ->
             yield from _settings(definitions, inner, f"{prefix}{name}{path}.")
             continue
         default = "required" if name in needed else _written(one.get("default"))
+        kinds = _kinds(definitions, one)
+        if kinds:
+            given = one.get("default")
+            default = str(given.get("kind", "")) if isinstance(given, Mapping) else default
+            yield Setting(f"{prefix}{name}.kind", " | ".join(kinds), "", default, _meaning(one))
+            yield from _of_kinds(definitions, kinds, f"{prefix}{name}.")
+            continue
         yield Setting(f"{prefix}{name}", _takes(definitions, one), _unit(one), default, _meaning(one))
+
+
+def _kinds(definitions: Mapping[str, Schema], schema: Schema) -> dict[str, Schema]:
+    """The settings inside of it by their ``kind``, where that tells which of several they are."""
+    choices = [_resolved(definitions, one) for one in _choices(schema)]
+    kinds = [str(one.get("properties", {}).get("kind", {}).get("const", "")) for one in choices]
+    return dict(zip(kinds, choices, strict=True)) if len(choices) > 1 and all(kinds) else {}
+
+
+def _of_kinds(definitions: Mapping[str, Schema], kinds: Mapping[str, Schema], prefix: str) -> Iterator[Setting]:
+    """Settings that all have alike once; the others with the kind that they are of."""
+    own = {kind: {one.name: one for one in _settings(definitions, inner, prefix)} for kind, inner in kinds.items()}
+    for kind, settings in own.items():
+        for name, one in settings.items():
+            if any(other.get(name) != one for other in own.values()):
+                yield replace(one, meaning=f"of {kind}: {one.meaning}".removesuffix(": "))
+            elif kind == next(iter(own)):
+                yield one
 
 
 def _choices(schema: Schema) -> list[Schema]:
     """What a value may be, without null: that stands for leaving it out."""
-    found = schema.get("anyOf") or schema.get("oneOf") or [schema]
-    return [one for one in found if one.get("type") != "null"]
+    found = schema.get("anyOf") or schema.get("oneOf")
+    if not found:
+        return [schema]
+    return [choice for one in found if one.get("type") != "null" for choice in _choices(one)]
 
 
 def _nested(definitions: Mapping[str, Schema], schema: Schema) -> tuple[Schema | None, str]:

@@ -51,7 +51,7 @@ def test_composed_links_lead_to_the_same_place(kernel: object) -> None:
     total = C[0], b[0], L[0]
     for k in range(1, 5):
         total = kernel.composed(total, (C[k], b[k], L[k]))  # type: ignore[attr-defined]
-    u, forms = smooth.backward(*(part[None] for part in total), b[9], L[9])
+    u, forms = smooth.backward(total[0][None], total[1][None], total[2][None], b[9], L[9])
     np.testing.assert_allclose(u[0], whole[0][0], rtol=1e-9)
     np.testing.assert_allclose(ud.covariance(forms[0]), ud.covariance(whole[1][0]), rtol=1e-9, atol=1e-12)
 

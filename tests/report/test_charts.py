@@ -141,3 +141,25 @@ def test_east_and_north_are_drawn_as_a_map_to_one_scale(make_result: Results) ->
     assert axes.get_aspect() == 1.0 and axes.get_xlabel() == "east, deg"
     layout = plotly_figure(drawn)["layout"]
     assert layout["yaxis"]["scaleanchor"] == "x" and layout["xaxis"]["title"]["text"] == "east, deg"
+
+
+def test_a_smoother_is_drawn_beside_the_filter(make_result: Results) -> None:
+    plain = make_result()
+    both = plain.assign(
+        {
+            f"smoothed{part}": plain[name] * 0.5
+            for part, name in (("", "estimate"), ("_sigma", "sigma"), ("_error", "error"))
+        }
+    )
+    values, errors = (chart(both, key).panels[0] for key in ("states_attitude_error", "state_errors_attitude_error"))
+    assert [curve.name for curve in values.curves] == ["estimate", "smoothed", "truth"]
+    assert [curve.name for curve in errors.curves] == ["estimate − truth", "smoothed − truth"]
+    assert [band.name for band in errors.bands][-1] == "±3σ smoothed"
+    np.testing.assert_allclose(errors.bands[-1].upper, 0.5 * errors.bands[-2].upper)
+    (sigmas,) = (one for one in charts_of(both, 4000) if one.key == "sigmas")
+    assert "Dashed: the smoothed ones" in sigmas.note
+    panel = next(one for one in sigmas.panels if "attitude_error" in one.title)
+    assert {curve.style for curve in panel.curves if curve.name.endswith("smoothed")} == {"dashed"}
+    outputs = chart(both, "outputs_attitude").panels[0]
+    assert [curve.name for curve in outputs.curves] == ["estimate", "truth"]
+    assert not [c for one in charts_of(plain, 4000) for p in one.panels for c in p.curves if "smoothed" in c.name]
