@@ -1,23 +1,28 @@
-"""Measured times of a step beside the counted work: one node that owns all, and several."""
+"""Measured times of a step beside the counted work: the global filter and the decentralised one, run over one record."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from estimfw.analysis.dense_cost import CutSizes, decentralised_cost
 from estimfw.config.compose import Problem
 from estimfw.errors import DataError
-from estimfw.run.cost import CutCost
+from estimfw.run.both_forms import both_forms
+from estimfw.run.cost import CutCost, nodes_of
 from estimfw.run.kept_steps import KeptSteps
 from estimfw.run.node_time import NodeTimes, node_times
 from estimfw.run.prepare import Prepared
 from estimfw.run.run import Progress, run_problem
-from estimfw.run.step_time import step_times
+from estimfw.run.step_time import StepTime, step_times
 
 __all__ = ["TURNS", "Measured", "measure"]
 
-#: Turns of the nodes, and of the filter as it runs, which takes longer.
-TURNS, AS_RUN = 9, 3
+TURNS = 9
+
+#: Turns and steps of the filters as they run, with everything around the nodes.
+RUN_TURNS, RUN_STEPS = 5, 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +38,10 @@ class Measured:
         By the products of several nodes, if each takes as long as one of the one node.
     communication : float, s
         What the link adds.
-    own : float, s
-        The config's filter as it runs, provider and all.
-    kernel : str
-        Of that.
+    as_run : pair of StepTime
+        The global filter (Joseph's form) and the decentralised one as they run: timeline, gates and dispositions with them.
+    apart : float
+        By how many sigmas their estimates differ at most, along the whole run.
     """
 
     times: NodeTimes
@@ -44,8 +49,8 @@ class Measured:
     predicted_together: float
     predicted_busiest: float
     communication: float
-    own: float
-    kernel: str
+    as_run: tuple[StepTime, StepTime]
+    apart: float
 
     @property
     def product(self) -> float:
@@ -59,7 +64,7 @@ class Measured:
 
 
 def measure(problem: Problem, cut: CutCost, progress: Progress | None = None) -> Measured:
-    """Run the filter over its record and time its nodes over steps of it.
+    """Run both filters over the record, and time nodes over steps of it.
 
     Raises
     ------
@@ -72,23 +77,28 @@ def measure(problem: Problem, cut: CutCost, progress: Progress | None = None) ->
         seen.append(KeptSteps(len(prepared.plan.states)))
         return list(seen)
 
-    done, rows = run_problem(problem, progress, watch=watch), sum(m.rows for m in problem.plan.measurements)
-    whole = [s for s in seen[0].steps if len(s.rows) == rows]
-    if not whole:
+    one, several = both_forms(problem, cut.nodes)
+    nodes = run_problem(several, progress, watch=watch)
+    whole = run_problem(one, progress, record=nodes.prepared.record)
+    kept, rows = seen[0], sum(m.rows for m in several.plan.measurements)
+    steps = [s for s in kept.steps if len(s.rows) == rows]
+    if not steps:
         raise DataError(
             "no step of the record fuses every row of the measurements: nothing to time",
             hint="give the measurements common instants, such as one rate",
         )
-    times = node_times(whole, cut.nodes.groups, cut.nodes.rows, (seen[0].prior_mean, seen[0].prior), TURNS)
+    own = nodes_of(several)  # its rows come in the order of the nodes
+    assert own is not None
+    times = node_times(steps, own.groups, own.rows, (kept.prior_mean, kept.prior), TURNS)
     products = decentralised_cost(CutSizes.local((cut.sizes.states,), (rows,)))
-    own = step_times([done.prepared], AS_RUN)[0]
-    each = times.one / products
+    first, second = step_times([whole.prepared, nodes.prepared], RUN_TURNS, RUN_STEPS)
+    scale = np.where(whole.sigma > 0.0, whole.sigma, 1.0)
     return Measured(
         times=times,
         products=products,
-        predicted_together=each * cut.products("decentralised"),
-        predicted_busiest=each * cut.products("busiest"),
+        predicted_together=times.one / products * cut.products("decentralised"),
+        predicted_busiest=times.one / products * cut.products("busiest"),
         communication=cut.times.words + cut.times.waiting,
-        own=own.seconds,
-        kernel=own.kernel,
+        as_run=(first, second),
+        apart=float(np.max(np.abs(whole.estimate - nodes.estimate) / scale, initial=0.0)),
     )

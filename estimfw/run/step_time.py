@@ -28,16 +28,18 @@ class StepTime:
     kernel: str
 
 
-def step_times(filters: Sequence[Prepared], repeats: int) -> tuple[StepTime, ...]:
-    """Time prepared filters over the first `MOST_STEPS` steps of their records, by turns.
+def step_times(filters: Sequence[Prepared], repeats: int, most: int = MOST_STEPS) -> tuple[StepTime, ...]:
+    """Time prepared filters over the first steps of their records, by turns.
 
     Parameters
     ----------
     filters : sequence of Prepared
         They should have run before, so that nothing is compiled or loaded any more.
     repeats : int
+    most : int
+        Steps, at most.
     """
-    chunks = [make_chunk(p, 0, min(len(p.steps), MOST_STEPS)) for p in filters]
+    chunks = [make_chunk(p, 0, min(len(p.steps), most)) for p in filters]
     spent = np.empty((repeats, len(filters)))
     for turn in range(repeats):
         for i, (prepared, chunk) in enumerate(zip(filters, chunks, strict=True)):

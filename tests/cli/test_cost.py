@@ -91,6 +91,8 @@ def test_a_hundred_states_in_five_nodes_are_timed_beside_the_prediction(estimfw:
     assert measured["one_node"]["multiplications"] == 2233000
     assert measured["busiest"]["measured"] < measured["together"]["measured"]
     assert measured["busiest"]["predicted"] == pytest.approx(measured["multiplication"] * 339240)
+    assert measured["largest_difference_in_sigmas"] < 1e-9
+    assert min(measured["as_run"].values()) > 0.0
     assert any(text.startswith("Measured here") for text in answer["verdicts"])
 
 

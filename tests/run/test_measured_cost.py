@@ -12,7 +12,8 @@ from estimfw.analysis.suboptimal import LinearStep
 from estimfw.config.compose import Problem
 from estimfw.errors import DataError
 from estimfw.report.cost_tables import measured_table
-from estimfw.run.cost import cost_of_filter, nodes_by_groups
+from estimfw.run.both_forms import both_forms
+from estimfw.run.cost import cost_of_filter, nodes_by_groups, nodes_of
 from estimfw.run.measured_cost import measure
 from estimfw.run.node_time import node_times
 from estimfw.run.partition import partition_filter
@@ -58,3 +59,20 @@ def test_many_small_nodes_share_the_work_of_a_large_filter() -> None:
     times = node_times([step] * 2, groups, [[0], [1], [2], [3]], (np.zeros(n), np.eye(n)), 7)
     assert times.busiest < times.together
     assert times.busiest < 0.8 * times.one
+
+
+def test_both_forms_keep_what_they_share(example: Example) -> None:
+    own = example(
+        "tracker_decentralised",
+        "estimator.gate=0.99",
+        "estimator.gates={fix@north: 0.9, speed: 0.95}",
+        "estimator.loop=open",
+    )
+    nodes = nodes_of(own)
+    assert nodes is not None
+    one, several = both_forms(own, nodes)
+    assert (one.kind, several.kind) == ("kalman", "decentralised")
+    assert one.plan.whole.states == several.plan.whole.states
+    assert {m.name: m.gate for m in one.plan.measurements} == {"fix": 0.99, "speed": 0.95}
+    assert {m.name: m.gate for m in several.plan.measurements} == {"fix@east": 0.99, "fix@north": 0.99, "speed": 0.95}
+    assert nodes_of(several) == nodes
