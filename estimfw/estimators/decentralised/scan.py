@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from typing import Self
 
 import numpy as np
@@ -68,8 +69,12 @@ class DecentralisedScan(StepByStep):
 
     def begun(self, doublings: SubSteps, mean: FloatArray, form: FloatArray) -> Self:
         """See `StepByStep.begun`; its exchange counts for itself."""
-        other = super().begun(doublings, mean, form)
-        other.exchange = self.exchange.fresh()
+        return super().begun(doublings, mean, form).through(self.exchange.fresh())
+
+    def through(self, exchange: Exchange) -> Self:
+        """The same recursion through another exchange."""
+        other = copy(self)
+        other.exchange = exchange
         return other
 
     def _step(self, state: FilterState, chunk: Chunk, k: int, result: ChunkResult) -> FilterState:
