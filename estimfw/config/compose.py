@@ -23,6 +23,7 @@ from estimfw.config.generic.nominal import ConstantNominal
 from estimfw.config.generic.values import STATE_BYTES
 from estimfw.config.health import health_fault
 from estimfw.config.model_context import ModelContext
+from estimfw.config.stages import stages_of
 from estimfw.config.truth import Truth, own_truth
 from estimfw.config.validate import validate
 from estimfw.config.wanted_columns import Wanted, wanted_columns
@@ -153,6 +154,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     _refuse_unknown_gates(estimator, build, plan)
     _exact_quotient(model, plan, provider, settings, document)
     _refuse_health(cfg, plan, estimation.kind, document)
+    plan = replace(plan, stages=stages_of(estimation, cfg.health, model, document))
     truth, unpriced = own_truth(full, model, changes, provider, settings.computed, reference, plan)
     return Problem(
         config=cfg, document=document, full=full, model=model, policies=tuple(policies), changes=tuple(changes),

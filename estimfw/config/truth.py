@@ -76,12 +76,15 @@ def own_truth(
 ) -> tuple[Truth | None, tuple[str, ...]]:
     """The truth by the filter's own unreduced model, None where it is the filter's; and a warning where it cannot be had.
 
-    A filter that neglects covariances is not right on its own model either, and has that as its truth.
+    A filter that neglects covariances, or believes for a while that states are known, is not right on its own model either, and
+    has that as its truth.
     """
-    if plan.separation is None and full == model and all(o.name in computed for o in provider.operations):
+    staged = any(any(stage.held) or any(stage.considered) for stage in plan.stages)
+    own = plan.separation is None and not staged
+    if own and full == model and all(o.name in computed for o in provider.operations):
         return None, ()
     try:
         truth = truth_of(full, changes, provider, computed, reference, plan)
     except ConfigError as error:
         return None, (f"there is no honest sigma: {error.message}",)
-    return (truth if plan.separation is not None or truth.model.model != model else None), ()
+    return (truth if not own or truth.model.model != model else None), ()

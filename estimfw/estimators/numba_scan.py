@@ -16,6 +16,7 @@ from estimfw.model.nominal import BoundProvider
 from estimfw.plan.completion import completion
 from estimfw.plan.lowering import Lowered
 from estimfw.plan.plan import Plan
+from estimfw.plan.stages import Stage, holding
 
 __all__ = ["NumbaScan"]
 
@@ -59,6 +60,13 @@ class NumbaScan:
         """The same recursion with the sub-steps and the prior of another run, its covariance in the kernel's form."""
         other = copy(self)
         other.doublings, other.prior = doublings, (np.ascontiguousarray(mean), np.ascontiguousarray(form))
+        return other
+
+    def in_stage(self, stage: Stage) -> NumbaScan:
+        """The same recursion in a stage of its plan, see `estimfw.plan.stages`."""
+        other = copy(self)
+        other.plan = holding(self.plan, stage.held)
+        other.process = other._process()
         return other
 
     def _load(self, row: FloatArray) -> None:

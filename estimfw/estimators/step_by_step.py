@@ -15,6 +15,7 @@ from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, SubSteps, r
 from estimfw.model.nominal import BoundProvider
 from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import Plan
+from estimfw.plan.stages import Stage, holding
 
 __all__ = ["StepByStep"]
 
@@ -67,6 +68,12 @@ class StepByStep(ABC):
         other = copy(self)
         other.doublings, other.mean, other.form = doublings, mean, form
         other.tables = self.tables if doublings is self.doublings else {}
+        return other
+
+    def in_stage(self, stage: Stage) -> Self:
+        """The same recursion in a stage of its plan, see `estimfw.plan.stages`."""
+        other = copy(self)
+        other.plan, other.tables = holding(self.plan, stage.held), {}
         return other
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:

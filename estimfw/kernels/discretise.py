@@ -111,6 +111,7 @@ def held_noise(
         Gamma = Phi @ Gamma + Gamma
         Phi = Phi @ Phi
     Q = Gamma @ D @ np.swapaxes(Gamma, -1, -2) / np.asarray(dt, dtype=float)[..., None, None]
+    Q = np.where(_reached(F, D), Q, 0.0)
     return Phi, 0.5 * (Q + np.swapaxes(Q, -1, -2)), (Gamma @ b[..., None])[..., 0]
 
 

@@ -20,6 +20,7 @@ from estimfw.registry.contract import plugin_code
 from estimfw.run.found_start import with_found_covariance
 from estimfw.run.kernel_choice import Scan, chosen_scan
 from estimfw.run.prepare import Prepared, make_chunk, prepare
+from estimfw.run.staging import StagedFilter, stage_chunks
 
 __all__ = ["Filtered", "filter_runs", "without_monitors"]
 
@@ -89,14 +90,15 @@ def filter_runs(
     """
     prepared = prepare(problem, draws.run(0))
     whole = replace(prepared, record=draws.record)
-    scans, states = _begun(problem, prepared, draws, runs_in_all)
+    filters, states = _begun(problem, prepared, draws, runs_in_all)
     kept: list[tuple[ChunkResult, ChunkResult]] = []
-    steps, length = len(prepared.steps), _stretch(len(draws), len(problem.plan.states))
-    for first in range(0, steps, length):
-        last = min(first + length, steps)
+    length = _stretch(len(draws), len(problem.plan.states))
+    for first, last, stage in stage_chunks(prepared.plan, prepared.steps, length):
+        if stage is not None:
+            states = [one.enter(stage, state)[0] for one, state in zip(filters, states, strict=True)]
         chunk = make_chunk(whole, first, last)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            states, result = scan_runs(scans, states, chunk)
+            states, result = scan_runs([one.scan for one in filters], states, chunk)
         _refuse_lost(prepared, result, first, names)
         inside = grid[(grid >= first) & (grid < last)] - first
         light = replace(result, covariance=np.zeros((0, 0, 0)), rows=np.zeros((0, 0)), provider=np.zeros((0, 0)))
@@ -137,7 +139,7 @@ def _joined(problem: Problem, kept: list[tuple[ChunkResult, ChunkResult]]) -> Fi
 
 def _begun(
     problem: Problem, prepared: Prepared, draws: Draws, runs_in_all: int
-) -> tuple[list[Scan], list[FilterState]]:
+) -> tuple[list[StagedFilter], list[FilterState]]:
     """For each run its recursion, bound to its start, and its first state."""
     starts = [_start(problem, draws.run(i)) for i in range(len(draws))]
     if any(start.time != prepared.start.time for start in starts):
@@ -168,7 +170,8 @@ def _begun(
     for scan in scans:
         for dt in np.unique(prepared.steps.dt):
             scan.doublings(float(dt))
-    return scans, [FilterState(means[i].copy(), forms[i], providers[i], rows[i]) for i in range(count)]
+    filters = [StagedFilter(problem, scan, covariances[i]) for i, scan in enumerate(scans)]
+    return filters, [FilterState(means[i].copy(), forms[i], providers[i], rows[i]) for i in range(count)]
 
 
 def _sub_steps(problem: Problem, first: Scan, rows: FloatArray) -> list[SubSteps]:

@@ -19,6 +19,7 @@ from estimfw.plan.discretisation import Discretisation
 from estimfw.plan.layout import NominalLayout
 from estimfw.plan.lowering import Lowered, lower
 from estimfw.plan.separation import Separation
+from estimfw.plan.stages import Stage
 from estimfw.plan.subsystems import Subsystems
 from estimfw.plan.watched import watched
 
@@ -76,6 +77,8 @@ class Plan:
     outputs : tuple of (Output, Lowered Jacobian)
     subsystems : Subsystems or None
         The nodes of a decentralised filter; see `estimfw.plan.subsystems.cut`.
+    stages : tuple of Stage
+        What is believed when, see `estimfw.plan.stages`; empty: all states are estimated all the time.
     """
 
     states: tuple[str, ...]
@@ -92,6 +95,7 @@ class Plan:
     varying: tuple[tuple[str, str, str], ...]
     outputs: tuple[tuple[Output, Lowered], ...] = ()
     subsystems: Subsystems | None = None
+    stages: tuple[Stage, ...] = ()
 
     @property
     def whole(self) -> Plan:

@@ -62,6 +62,12 @@ def sigma_caveat(dataset: xr.Dataset) -> str:
 
 
 def _honest_line(dataset: xr.Dataset) -> str:
+    stages = json_attribute(dataset, "stages", [])
+    if any(one.get("held") for one in stages):
+        return (
+            "The honest sigmas are those of the errors on the whole model, through all stages; the filter's own do not know how "
+            "wrong what a stage holds may be."
+        )
     rough = any(one.get("kind") == "approximate" for one in json_attribute(dataset, "policies", []))
     form = (json_attribute(dataset, "exchange", None) or {}).get("cross_covariance", "exact")
     if form != "exact":
@@ -69,6 +75,8 @@ def _honest_line(dataset: xr.Dataset) -> str:
         told = f"The honest sigmas are those of the errors{more}; the nodes' own do not know"
         return f"{told} what cross_covariance: {form} neglects."
     if not rough and not any(one.get("status") == "mismatch" for one in json_attribute(dataset, "equivalence", [])):
+        if stages:
+            return "No stage holds anything: the honest sigmas, on the whole model, are the filter's own."
         return "The reduction is exact: the honest sigmas, on the unreduced model, are the filter's own."
     truth = json_attribute(dataset, "truth_model", {})
     removed = ", ".join(str(state) for state in truth.get("removed_states") or [])

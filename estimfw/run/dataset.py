@@ -21,6 +21,7 @@ from estimfw.run.event_columns import event_columns
 from estimfw.run.exchanged import exchange_json
 from estimfw.run.plausibility import implausible_events, unmeasured
 from estimfw.run.run import Collected
+from estimfw.run.staging import stages_json
 from estimfw.units.unit_text import parse_unit
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         **_smoother(problem),
         **({"exchange": json.dumps(exchange)} if exchange is not None else {}),
         **({"truth_model": json.dumps(problem.truth.model.as_json())} if problem.truth is not None else {}),
+        **({"stages": json.dumps(stages_json(problem.plan, done.prepared.steps))} if problem.plan.stages else {}),
     }
     made = xr.Dataset(variables, coordinates, attributes)
     return made.assign(event_columns((*done.events, *implausible_events(made))))

@@ -20,6 +20,7 @@ from estimfw.estimators.unscented_scan import UnscentedScan
 from estimfw.model.nominal import BoundProvider
 from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import Plan
+from estimfw.plan.stages import Stage
 
 __all__ = ["Scan", "chosen_scan", "slow_kernel_events"]
 
@@ -35,8 +36,11 @@ class Scan(Protocol):
 
     name: str
     doublings: SubSteps
+    plan: Plan
 
     def begun(self, doublings: SubSteps, mean: FloatArray, form: FloatArray) -> Scan: ...
+
+    def in_stage(self, stage: Stage) -> Scan: ...
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]: ...
 

@@ -1,11 +1,11 @@
-"""Analyses of one filter and its covariance refuse a determination, which has neither states nor sigmas, and a bank."""
+"""Analyses of one filter and its covariance refuse a determination, which has neither states nor sigmas, a bank, and stages."""
 
 from __future__ import annotations
 
 from estimfw.config.compose import Problem
 from estimfw.errors import ConfigError
 
-__all__ = ["refuse_bank", "refuse_without_states"]
+__all__ = ["refuse_bank", "refuse_stages", "refuse_without_states"]
 
 
 def refuse_without_states(problem: Problem, what: str) -> None:
@@ -25,4 +25,13 @@ def refuse_bank(problem: Problem, what: str, hint: str) -> None:
         location = problem.document.locate(("estimator", "kind"))
         raise ConfigError(
             f"{what} follows one filter, and a bank goes from one to another", location=location, hint=hint
+        )
+
+
+def refuse_stages(problem: Problem, what: str, hint: str) -> None:
+    """Raise `ConfigError` for a filter with stages; ``what`` follows one model all along, such as "a smoother"."""
+    if problem.plan.stages:
+        location = problem.document.locate(("estimator", "stages"))
+        raise ConfigError(
+            f"{what} follows one model, and what is estimated changes from stage to stage", location=location, hint=hint
         )

@@ -14,7 +14,7 @@ from estimfw.analysis.observability import Observability, piecewise_observabilit
 from estimfw.analysis.removable import RemovableSets, least_determined, removable_sets, undriven
 from estimfw.config.compose import Problem
 from estimfw.policies.drop_states import expand
-from estimfw.run.needs_states import refuse_bank, refuse_without_states
+from estimfw.run.needs_states import refuse_bank, refuse_stages, refuse_without_states
 from estimfw.run.prepare import Prepared
 from estimfw.run.run import Progress, covariance_steps, run_problem
 
@@ -104,6 +104,7 @@ def observe(
     refuse_without_states(problem, "observability")
     if record and problem.source is not None:
         refuse_bank(problem, "observability along the record", "--no-record tells what is the same for all members")
+        refuse_stages(problem, "observability along the record", "--no-record tells what is the same in all stages")
     model, reference = problem.model, problem.reference
     frozen, prior = frozen_stretch(model, reference), model.prior.evaluate(reference)[1]
     found, names = piecewise_observability([frozen], prior), StateNames.of(model)

@@ -25,6 +25,7 @@ from estimfw.run.held_inputs import missing_readings, recorded_inputs
 from estimfw.run.indefinite_noise import indefinite_noise
 from estimfw.run.kernel_choice import Scan, chosen_scan, slow_kernel_events
 from estimfw.run.member_starts import MemberStart, member_starts
+from estimfw.run.staging import staged_steps
 
 __all__ = ["Begun", "Prepared", "begin", "make_chunk", "prepare", "timed_samples"]
 
@@ -86,7 +87,7 @@ def prepare(problem: Problem, record: Record) -> Prepared:
         start = problem.provider.start(given, record)
     bound = _bound(problem)
     inputs = recorded_inputs(problem.plan.inputs, record)
-    steps = _until(_timeline(problem, record, start, found, inputs), found)
+    steps = staged_steps(problem, _until(_timeline(problem, record, start, found, inputs), found))
     missing = missing_readings(problem.plan.inputs, inputs, steps.start)
     first, *others = begin(problem, bound, start, steps)
     slow = slow_kernel_events(problem, bound, len(steps))
@@ -146,6 +147,7 @@ def _timeline(
     driver = problem.provider.stream
     if driver is None:
         instants = [*(float(t) for values in inputs for t in values.time), *changing_at(problem.provider)]
+        instants += [stage.until for stage in plan.stages if stage.until is not None]
         return merged_steps(
             record.streams,
             wanted,

@@ -18,6 +18,8 @@ from estimfw.errors import PluginError
 from estimfw.estimators.bank import Judged, judge, reported
 from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
 from estimfw.estimators.stretch import Stretch, Watcher
+from estimfw.plan.plan import Plan
+from estimfw.plan.stages import stage_of_steps
 from estimfw.run.exchanged import answered, silence_events
 from estimfw.run.flags import disposition_events, lost_members, with_late
 from estimfw.run.health import health_events
@@ -28,6 +30,7 @@ from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
 from estimfw.run.recovery import Recovery, acts
 from estimfw.run.smoothing import Smoothed, chosen_smoothing
+from estimfw.run.staging import StagedFilter
 
 __all__ = ["Collected", "Timing", "run_problem"]
 
@@ -181,22 +184,26 @@ def _scan(
 ) -> tuple[list[_Piece], float, tuple[Event, ...]]:
     """Chunk by chunk, all members over each; ``watchers`` are those of each member.
 
-    Where the health of the run asks for something, a chunk ends at the step at which it is due.
+    Where the health of the run asks for something, a chunk ends at the step at which it is due; and none goes beyond a stage.
     """
     steps, members, pieces, spent = prepared.steps, prepared.members, list[_Piece](), 0.0
     kept = MOVES if prepared.problem.estimator.smoother is not None else 1
     longest = length = chunk_length(len(prepared.plan.states), kept * len(members))
     states, covariances = [one.state for one in members], [one.prior[1] for one in members]
-    score, first = np.zeros(len(members)), 0
+    filters = [StagedFilter(one.problem, one.scan, one.prior[1]) for one in members]
+    score, first, stage = np.zeros(len(members)), 0, stage_of_steps(prepared.plan.stages, steps.time - steps.dt)
     recovery = Recovery(prepared.problem) if acts(prepared.problem) else None
     while first < len(steps):
-        last = min(first + length, len(steps))
-        chunk, ran = _run_chunk(prepared, states, score, first, last, recovery)
+        last = min(first + length, int(np.searchsorted(stage, stage[first], side="right")))
+        if prepared.plan.stages and (first == 0 or stage[first] != stage[first - 1]):
+            entered = [one.enter(int(stage[first]), state) for one, state in zip(filters, states, strict=True)]
+            states, covariances = [state for state, _ in entered], [covariance for _, covariance in entered]
+        chunk, ran = _run_chunk(prepared, filters, states, score, first, last, recovery)
         spent += ran.spent
         act = recovery.due(steps.time[first:last], ran.result) if recovery is not None else None
         if act is not None and first + act.steps < last:
             last = first + act.steps
-            chunk, ran = _run_chunk(prepared, states, score, first, last, recovery)
+            chunk, ran = _run_chunk(prepared, filters, states, score, first, last, recovery)
             spent += ran.spent
         own_time = steps.time[first:last]
         refuse_lost(prepared.plan, ran.result, first, own_time)
@@ -204,7 +211,9 @@ def _scan(
         with _told_when(first, last, steps.time):
             pieces.append(_piece(prepared, ran.result, ran.judged, first, last, wanted))
             for i in np.flatnonzero(np.isfinite(score)).tolist():
-                stretch = _stretch(members[i], chunk, ran.results[i], states[i], covariances[i], own_time)
+                stretch = _stretch(
+                    members[i], filters[i].plan, chunk, ran.results[i], states[i], covariances[i], own_time
+                )
                 for see in watchers[i]:
                     see(stretch)
         states, covariances = ran.states, [each.covariance[-1] for each in ran.results]
@@ -221,14 +230,15 @@ def _scan(
 
 
 def _run_chunk(
-    prepared: Prepared, states: list[FilterState], score: FloatArray, first: int, last: int, recovery: Recovery | None
-) -> tuple[Chunk, _Ran]:
+    prepared: Prepared, filters: Sequence[StagedFilter], states: list[FilterState], score: FloatArray, first: int, last: int,
+    recovery: Recovery | None,
+) -> tuple[Chunk, _Ran]:  # fmt: skip
     chunk = make_chunk(prepared, first, last)
     if recovery is not None and recovery.restart:
         chunk = replace(chunk, restart=np.append(True, chunk.restart[1:]))
     begin = time.perf_counter()
     with _told_when(first, last, prepared.steps.time), np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        done = [one.scan.run(state, chunk) for one, state in zip(prepared.members, states, strict=True)]
+        done = [one.scan.run(state, chunk) for one, state in zip(filters, states, strict=True)]
         results = [result for _, result in done]
         judged = judge(prepared.plan, results, score, scored=prepared.problem.kind == "bank")
         result = reported(results, judged.best)
@@ -237,6 +247,7 @@ def _run_chunk(
 
 def _stretch(
     prepared: Prepared,
+    plan: Plan,
     chunk: Chunk,
     result: ChunkResult,
     before: FilterState,
@@ -244,7 +255,7 @@ def _stretch(
     time: FloatArray,
 ) -> Stretch:
     return Stretch(
-        plan=prepared.plan,
+        plan=plan,
         provider=prepared.bound,
         chunk=chunk,
         result=result,

@@ -23,6 +23,7 @@ from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
 from estimfw.estimators.stretch import Stretch
 from estimfw.kernels.fuse import LATE, MEANINGS
 from estimfw.model.nominal import InitialNominal, changing_at
+from estimfw.plan.stages import stage_of_steps
 from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.outputs import output_values
@@ -31,6 +32,7 @@ from estimfw.run.recovery import Recovery, acts
 from estimfw.run.rewind import Arrived, Done, History, Snapshot
 from estimfw.run.session_health import Watched
 from estimfw.run.session_smoother import SessionSmoother, SmoothedEstimate
+from estimfw.run.staging import StagedFilter
 from estimfw.run.waiting_rows import DueRow, WaitingRows
 
 __all__ = ["Estimate", "Session", "SmoothedEstimate"]
@@ -118,6 +120,8 @@ class Session:
         self._members = begin(problem, self._bound, initial, one)
         self._states = [member.state for member in self._members]
         self._score, self._covariance = np.zeros(len(self._members)), self._members[0].prior[1]
+        self._filters = [StagedFilter(problem, member.scan, member.prior[1]) for member in self._members]
+        self._stage = -1
         smoother = problem.estimator.smoother
         self._smoother = SessionSmoother(problem, smoother) if smoother is not None else None
         self._begin, self._steps, self._last = time, 0, None
@@ -326,7 +330,8 @@ class Session:
     def _instants(self, time: float) -> list[float]:
         """Ends of the steps up to a time, the time itself included."""
         rows = [max(t, self.time) for t in self._rows.instants(time)]
-        ahead = [*self._restarts, *self._inputs.instants, *changing_at(self._provider)]
+        ends = [stage.until for stage in self._plan.stages if stage.until is not None]
+        ahead = [*self._restarts, *self._inputs.instants, *changing_at(self._provider), *ends]
         for every in {m.every for m in self._plan.measurements if m.every is not None}:
             done = int(np.floor((self.time - self._begin) / every + 1e-6))
             last = int(np.floor((time - self._begin) / every + 1e-9))
@@ -349,11 +354,12 @@ class Session:
         if restart:
             self._restarts = [t for t in self._restarts if t > self.time + SAME]
         restart = restart or (self._recovery is not None and self._recovery.restart)
+        self._enter_stage(time - dt)
         readings, due, interval = self._due(time, dt, self._rows.take(time))
         inputs = self._inputs.take(time - dt)
         chunk = Chunk(samples, np.array([dt]), np.array([restart]), inputs, readings, due, interval, np.array([time]))
         begun = self._states[0]
-        done = [member.scan.run(state, chunk) for member, state in zip(self._members, self._states, strict=True)]
+        done = [one.scan.run(state, chunk) for one, state in zip(self._filters, self._states, strict=True)]
         self._states, results = [state for state, _ in done], [result for _, result in done]
         judged = judge(self._plan, results, self._score, scored=self.problem.kind == "bank")
         self._score, result = judged.score[-1], reported(results, judged.best)
@@ -398,6 +404,15 @@ class Session:
             closed_loop=self.problem.estimator.loop == "closed",
         )
 
+    def _enter_stage(self, begin: float) -> None:
+        """That of a step that begins then; each on the way is gone through."""
+        stages = self._plan.stages
+        now = int(stage_of_steps(stages, np.array([begin]))[0]) if stages else -1
+        while self._stage < now:
+            self._stage += 1
+            both = zip(self._filters, self._states, strict=True)
+            self._states = [one.enter(self._stage, state)[0] for one, state in both]
+
     def _due(
         self, time: float, dt: float, rows: Mapping[str, DueRow]
     ) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
@@ -411,6 +426,8 @@ class Session:
                 columns = [self._rows.columns[m.stream].index(c) for c in m.columns]
                 readings[0, offsets[j] : offsets[j + 1]] = row.values[columns]
                 due[0, j], interval[0, j] = True, row.interval
+        if self._plan.stages:
+            due[0] &= self._plan.stages[self._stage].measured
         for stream, row in rows.items():
             if row.superseded and any(m.stream == stream for m in self._plan.measurements):
                 text = "more than one row in a step: the last one is used"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -16,6 +17,7 @@ from estimfw.errors import NumericalError
 from estimfw.kernels import ud
 from estimfw.kernels.discretise import held_noise, series, van_loan
 from estimfw.plan.discretisation import MOST_DOUBLINGS, Discretisation
+from tests.local_level_ins import matrices
 
 FloatArray = NDArray[np.float64]
 System = tuple[FloatArray, FloatArray, FloatArray]
@@ -144,3 +146,15 @@ def test_noise_reaches_states_through_others_with_leading_axes() -> None:
     _, Q, _ = van_loan(F, D, np.zeros((2, 3)), np.array(1.0))
     assert np.all(np.diag(Q[0]) > 0.0)
     np.testing.assert_allclose(Q[1], np.diag([1.0, 0.0, 0.0]), atol=1e-15)
+
+
+@pytest.mark.parametrize("method", [van_loan, held_noise])
+def test_what_no_noise_reaches_gets_none_not_even_a_rounding(method: Callable[..., System]) -> None:
+    """Constants beside drifts: a factor of Q, with which noise is drawn, is that of Q."""
+    F, D, _ = matrices("full14")
+    _, Q, _ = method(F, D, np.zeros(14), np.array(10.0))
+    assert np.array_equal(Q[6:11], np.zeros((5, 14)))
+    form = ud.factor(Q)
+    drawn = (np.triu(form, 1) + np.eye(14)) * np.sqrt(np.maximum(np.diag(form), 0.0))
+    sigma = np.where(np.diag(Q) > 0.0, np.sqrt(np.diag(Q)), 1.0)
+    assert np.max(np.abs(drawn @ drawn.T - Q) / np.outer(sigma, sigma)) < 1e-12

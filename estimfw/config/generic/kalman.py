@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from estimfw.config.generic.smoother import SmootherConfig
+from estimfw.config.generic.stages import StageConfig
 from estimfw.config.types import Number, Settings, non_negative_quantity, positive_quantity
 from estimfw.plan.discretisation import Discretisation, Method
 
@@ -60,7 +61,8 @@ class KalmanConfig(RecursionConfig):
     """``gate`` holds for all measurements, ``gates`` for single ones by name; default: no gate.
 
     ``loop: closed`` corrects the nominal provider at each step and resets the corrected states. ``restarts`` are instants
-    (in the record's time) at which the nominal is corrected and the filter starts anew from its prior.
+    (in the record's time) at which the nominal is corrected and the filter starts anew from its prior. ``stages`` say what is
+    estimated and measured when, one after the other.
     """
 
     kind: Annotated[Literal["kalman"], Field(description="a Kalman filter")] = "kalman"
@@ -78,6 +80,11 @@ class KalmanConfig(RecursionConfig):
     smoother: Annotated[
         SmootherConfig | None, Field(description="estimates of each instant that later data count for too; null: none")
     ] = None
+    stages: Annotated[
+        tuple[StageConfig, ...],
+        Strict(False),
+        Field(description="what is estimated and measured when; all of it all the time where there are none"),
+    ] = ()
 
 
 def discretisation(cfg: RecursionConfig) -> Discretisation:
