@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from estimfw.cli.opening import config_arguments, console, open_problem, say
-from estimfw.errors import UsageError
+from estimfw.cli.page_option import refuse_page
 
 __all__ = ["command"]
 
@@ -39,14 +39,8 @@ def command(
     """
     from estimfw.cli.progress import progress
     from estimfw.run.budget import error_budget
-    from estimfw.run.files import refuse_existing
 
-    if output is not None:
-        if output.suffix.lower() not in {".html", ".htm"}:
-            raise UsageError(
-                f"the page is HTML, not {output.name!r}", hint=f"name it: -o {output.with_suffix('.html')}"
-            )
-        refuse_existing(output, force=force)
+    refuse_page(output, force=force)
     problem = open_problem(config, overrides)
     real = open_problem(truth, ()) if truth is not None else None
     with progress(as_json) as shown:

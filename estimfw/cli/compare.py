@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from estimfw.cli.opening import console, say
+from estimfw.cli.page_option import refuse_page
 from estimfw.errors import UsageError
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def command(
     from estimfw.run.contenders import grid
     from estimfw.run.published import read_published
 
-    _refuse_output(output, force)
+    refuse_page(output, force=force)
     figures = read_published(published) if published is not None else ()
     contenders, points = _contenders(configs, overrides, stepwise), grid(varied)
     with progress(as_json) as shown:
@@ -87,16 +88,6 @@ def _contenders(configs: Sequence[Path], overrides: Sequence[str], stepwise: boo
     if len(configs) > 1:
         raise UsageError("--policies-one-by-one takes one config", hint="or leave it out, to compare several")
     return one_by_one(configs[0], overrides)
-
-
-def _refuse_output(output: Path | None, force: bool) -> None:
-    from estimfw.run.files import refuse_existing
-
-    if output is None:
-        return
-    if output.suffix.lower() not in {".html", ".htm"}:
-        raise UsageError(f"the page is HTML, not {output.name!r}", hint=f"name it: -o {output.with_suffix('.html')}")
-    refuse_existing(output, force=force)
 
 
 def _remarks(figures: Sequence[Published], lost: Sequence[Published]) -> list[str]:

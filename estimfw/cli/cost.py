@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from estimfw.cli.opening import config_arguments, console, open_problem, say
+from estimfw.cli.page_option import refuse_page
 from estimfw.cli.partition import sizes_of
 from estimfw.errors import ConfigError, UsageError
 
@@ -66,16 +67,10 @@ def command(
     exchange, the predicted speed-up for a link, and from where on it pays.
     """
     from estimfw.run.cost import cost_of_filter
-    from estimfw.run.files import refuse_existing
 
     link = _link(latency, bandwidth, multiply_time)
     wanted = sizes_of(sizes)
-    if output is not None:
-        if output.suffix.lower() not in {".html", ".htm"}:
-            raise UsageError(
-                f"the page is HTML, not {output.name!r}", hint=f"name it: -o {output.with_suffix('.html')}"
-            )
-        refuse_existing(output, force=force)
+    refuse_page(output, force=force)
     problem = open_problem(config, overrides)
     nodes = _nodes(problem, into if into is not None else len(wanted), wanted, as_json)
     costed = cost_of_filter(problem, link, nodes, counted=count)

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from estimfw.cli.opening import config_arguments, console, open_problem, say
+from estimfw.cli.page_option import refuse_page
 from estimfw.errors import ConfigError, UsageError
 
 __all__ = ["command"]
@@ -44,16 +45,11 @@ def command(
     """
     from estimfw.cli.progress import progress
     from estimfw.run.discretisation import study_filter
-    from estimfw.run.files import refuse_existing, write_text
+    from estimfw.run.files import write_text
 
     lengths = [_seconds(one, "--steps", positive=True) for one in steps.split(",")]
     instant = None if at is None else _seconds(at, "--at", positive=False)
-    if output is not None:
-        if output.suffix.lower() not in {".html", ".htm"}:
-            raise UsageError(
-                f"the page is HTML, not {output.name!r}", hint=f"name it: -o {output.with_suffix('.html')}"
-            )
-        refuse_existing(output, force=force)
+    refuse_page(output, force=force)
     problem = open_problem(config, overrides)
     with progress(as_json) as shown:
         found = study_filter(problem, lengths, at=instant, record=record, progress=shown)

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from estimfw.cli.opening import config_arguments, open_problem, say
-from estimfw.errors import UsageError
+from estimfw.cli.page_option import refuse_page
 
 __all__ = ["command"]
 
@@ -44,15 +44,10 @@ def command(
     is left of the prior sigma of each state with time.
     """
     from estimfw.cli.progress import progress
-    from estimfw.run.files import refuse_existing, write_text
+    from estimfw.run.files import write_text
     from estimfw.run.observe import observe
 
-    if output is not None:
-        if output.suffix.lower() not in {".html", ".htm"}:
-            raise UsageError(
-                f"the page is HTML, not {output.name!r}", hint=f"name it: -o {output.with_suffix('.html')}"
-            )
-        refuse_existing(output, force=force)
+    refuse_page(output, force=force)
     problem = open_problem(config, overrides)
     guarded = None if not protect else () if protect == ("none",) else protect
     with progress(as_json) as shown:

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from estimfw.cli.opening import config_arguments, console, open_problem, say
+from estimfw.cli.page_option import refuse_page
 from estimfw.errors import UsageError
 
 __all__ = ["command", "sizes_of"]
@@ -35,18 +36,12 @@ def command(
     covariances between groups. The exact decentralised filter does not depend on the groups.
     """
     from estimfw.cli.progress import progress
-    from estimfw.run.files import refuse_existing
     from estimfw.run.partition import partition_filter
 
     wanted = sizes_of(sizes)
     if into is None and not wanted:
         raise UsageError("into how many groups?", hint="--into 2, or sizes: --sizes 5,5")
-    if output is not None:
-        if output.suffix.lower() not in {".html", ".htm"}:
-            raise UsageError(
-                f"the page is HTML, not {output.name!r}", hint=f"name it: -o {output.with_suffix('.html')}"
-            )
-        refuse_existing(output, force=force)
+    refuse_page(output, force=force)
     problem = open_problem(config, overrides)
     with progress(as_json) as shown:
         count = into if into is not None else len(wanted)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from estimfw.cli.opening import console, say
+from estimfw.cli.page_option import refuse_page
 from estimfw.errors import CheckError, UsageError
 
 if TYPE_CHECKING:
@@ -68,14 +69,8 @@ def command(
     from estimfw.registry.load import load_plugins
     from estimfw.report.trial_tables import trial_json
     from estimfw.run.contenders import from_configs
-    from estimfw.run.files import refuse_existing
 
-    if output is not None:
-        if output.suffix.lower() not in {".html", ".htm"}:
-            raise UsageError(
-                f"the page is HTML, not {output.name!r}", hint=f"name it: -o {output.with_suffix('.html')}"
-            )
-        refuse_existing(output, force=force)
+    refuse_page(output, force=force)
     stated = read_claims(claims) if claims is not None else ()
     wanted = [*times, *(c.at for c in stated if c.at is not None)]
     with progress(as_json) as shown:
