@@ -85,7 +85,7 @@ def step_cost(plan: Plan, covariance: str, row: FloatArray) -> StepCost:
     n, rows = len(plan.states), sum(m.rows for m in plan.measurements)
     Phi, H = phi_pattern(plan, known), design_pattern(plan, known)
     series = plan.discretisation.method == "series"
-    varying = not plan.time_invariant
+    varying = plan.pace == "varying"
     dense = ud_cost if covariance == "ud" else joseph_cost
     return StepCost(
         states=n,

@@ -105,6 +105,8 @@ def _remarks(figures: Sequence[Published], lost: Sequence[Published]) -> list[st
 def _print(found: Comparison, values: Sequence[Given], remarks: Sequence[str]) -> None:
     from rich.text import Text
 
+    from estimfw.report.cost_tables import form_table
+    from estimfw.report.price_apart import apart_table
     from estimfw.report.price_tables import price_notes, price_table, value_table
     from estimfw.report.terminal import print_table
 
@@ -113,7 +115,13 @@ def _print(found: Comparison, values: Sequence[Given], remarks: Sequence[str]) -
     print_table(out, "What each costs", price_table(found))
     for line in price_notes(found):
         out.print(Text(line, style="dim"))
+    for work in (one.work for one in found.filters if one.work is not None):
+        print_table(out, "Multiplications of a step", form_table(work))
+        break
     print_table(out, "What each gives", value_table(values))
+    apart = apart_table(found)
+    if apart is not None:
+        print_table(out, "How far apart they are", apart)
     for line in remarks:
         out.print(Text(line, style="yellow"))
 
@@ -121,10 +129,12 @@ def _print(found: Comparison, values: Sequence[Given], remarks: Sequence[str]) -
 def _write(found: Comparison, values: Sequence[Given], remarks: Sequence[str], output: Path, force: bool) -> list[Path]:
     from estimfw.report.pictures import save_picture
     from estimfw.report.price_charts import price_charts
+    from estimfw.report.price_overlays import overlay_charts
     from estimfw.report.price_page import price_page
     from estimfw.run.files import output_folder, write_atomically, write_text
 
-    pictures = {f"{output.stem}_{c.key}.png": c for c in price_charts(found, PICTURE_POINTS)}
+    charts = (*price_charts(found, PICTURE_POINTS), *overlay_charts(found, PICTURE_POINTS))
+    pictures = {f"{output.stem}_{c.key}.png": c for c in charts}
     with output_folder(output.parent, (output.name, *pictures), force=force) as folder:
         written = [write_text(output, price_page(found, values, remarks), force=force)]
         for name, chart in pictures.items():

@@ -10,7 +10,7 @@ from estimfw.report.series import Series, series_of
 from estimfw.report.timescale import TimeScale
 from estimfw.run.compare import Comparison
 
-__all__ = ["price_charts"]
+__all__ = ["chart_note", "curve_names", "pieces", "price_charts"]
 
 #: Panels of one chart, and characters of its legend; longer names are told below the title, by number.
 MOST = 6
@@ -36,18 +36,20 @@ def price_charts(comparison: Comparison, limit: int) -> tuple[Chart, ...]:
                 f"{_what(comparison)} over time",
                 scale.unit,
                 tuple(cut),
-                _note(comparison, cut),
+                chart_note(comparison, cut),
             )
-            for i, cut in enumerate(_cuts([p for p in panels if not p.is_blank()]))
+            for i, cut in enumerate(pieces([p for p in panels if not p.is_blank()]))
         )
     charts = []
     for label in labels:
         points = range(len(comparison.points))
         panels = [_panel(comparison, i, label, comparison.points[i].label, scale, limit) for i in points]
-        for i, cut in enumerate(_cuts([p for p in panels if not p.is_blank()])):
+        for i, cut in enumerate(pieces([p for p in panels if not p.is_blank()])):
             title = f"{_what(comparison)} of {label} over time"
             charts.append(
-                Chart(f"{slug(label)}{_number(i)}", "errors", title, scale.unit, tuple(cut), _note(comparison, cut))
+                Chart(
+                    f"{slug(label)}{_number(i)}", "errors", title, scale.unit, tuple(cut), chart_note(comparison, cut)
+                )
             )
     return tuple(charts)
 
@@ -66,7 +68,7 @@ def _known(comparison: Comparison) -> bool:
 
 
 def _panel(comparison: Comparison, point: int, label: str, title: str, scale: TimeScale, limit: int) -> Panel:
-    known, names, curves, unit = _known(comparison), _names(comparison), [], ""
+    known, names, curves, unit = _known(comparison), curve_names(comparison), [], ""
     for i in range(len(comparison.filters)):
         for series in _series(comparison, point, i):
             if series.label != label:
@@ -79,7 +81,8 @@ def _panel(comparison: Comparison, point: int, label: str, title: str, scale: Ti
     return Panel(title, unit, tuple(curves), view=focused(*((c.time, c.values) for c in curves)))
 
 
-def _cuts(panels: list[Panel]) -> list[list[Panel]]:
+def pieces(panels: list[Panel]) -> list[list[Panel]]:
+    """So many panels a chart as can be read."""
     return [panels[i : i + MOST] for i in range(0, len(panels), MOST)]
 
 
@@ -87,16 +90,18 @@ def _number(i: int) -> str:
     return f"_{i + 1}" if i else ""
 
 
-def _names(comparison: Comparison) -> list[str]:
+def curve_names(comparison: Comparison) -> list[str]:
+    """Of the filters, for a legend: numbers where the names are too long."""
     names = [one.name for one in comparison.filters]
     if sum(map(len, names)) <= LEGEND:
         return names
     return [f"{i}" for i in range(len(names))]
 
 
-def _note(comparison: Comparison, panels: list[Panel]) -> str:
+def chart_note(comparison: Comparison, panels: list[Panel]) -> str:
+    """What the axes leave out, and which filter a number in the legend stands for."""
     told = [NOTE] if any(p.view for p in panels) else []
-    short, names = _names(comparison), [one.name for one in comparison.filters]
+    short, names = curve_names(comparison), [one.name for one in comparison.filters]
     if short != names:
         pairs = (n if n.startswith(f"{s} ") else f"{s}: {n}" for s, n in zip(short, names, strict=True))
         told.append(f"Curves: {', '.join(pairs)}.")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from estimfw.report.price_apart import apart_from_first
 from estimfw.report.price_values import Given
 from estimfw.run.compare import Comparison, Priced
 from estimfw.run.json_value import without_nan
@@ -22,6 +23,7 @@ def price_json(comparison: Comparison, values: Sequence[Given]) -> dict[str, Any
             "filters": [_filter(one) for one in comparison.filters],
             "points": [{"label": p.label, "overrides": list(p.overrides)} for p in comparison.points],
             "values": [asdict(v) for v in values],
+            "apart": [{**asdict(one), "same": one.same} for one in apart_from_first(comparison)],
         }
     )
     return made

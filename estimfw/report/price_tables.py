@@ -54,6 +54,10 @@ def _price_row(one: Priced, first: Priced) -> tuple[Cell, ...]:
 def price_notes(comparison: Comparison) -> list[str]:
     """Why filters are not time-invariant, and what is not counted."""
     told = [f"{one.name}: not time-invariant: {one.reason}" for one in comparison.filters if not one.time_invariant]
+    kernels = {one.time.kernel for one in comparison.filters}
+    if len(kernels) > 1:
+        ran = ", ".join(f"{one.name} {one.time.kernel}" for one in comparison.filters)
+        told.append(f"times are of different kernels ({ran}): they tell more of these than of the filters")
     if any(one.cost.exponential for one in comparison.filters):
         told.append("* and a matrix exponential at every step, which is not counted")
     told += [

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from estimfw.analysis.cost import StepCost, step_cost
+from estimfw.analysis.speed_up import Link
 from estimfw.config.compose import Problem
 from estimfw.data.record import SAME
 from estimfw.errors import ConfigError, UsageError
 from estimfw.registry.registry import Registry
 from estimfw.run.contenders import Contender, Point, refuse_other_records
+from estimfw.run.cost import Costed, cost_of_filter
 from estimfw.run.dataset import result_dataset
 from estimfw.run.load import source_record
 from estimfw.run.prepare import Prepared, prepare
@@ -24,13 +26,17 @@ if TYPE_CHECKING:
 
 __all__ = ["Comparison", "Priced", "compare"]
 
+#: Counting needs no link: all nodes in one process.
+NO_LINK = Link(0.0, 0.0, 1e-9)
+
 
 @dataclass(frozen=True, slots=True)
 class Priced:
     """What a filter costs.
 
     ``cost`` is that of one of the ``members`` of a bank, ``time`` that of all. ``reason`` says why it is (not)
-    time-invariant; ``policies`` are (name, kind) of what made it.
+    time-invariant; ``policies`` are (name, kind) of what made it. ``work`` has the multiplications of each form of a filter
+    with nodes.
     """
 
     name: str
@@ -41,6 +47,7 @@ class Priced:
     reason: str
     members: int
     policies: tuple[tuple[str, str], ...]
+    work: Costed | None = None
 
 
 @dataclass(frozen=True)
@@ -137,13 +144,14 @@ def _priced(contenders: Sequence[Contender], runs: Sequence[Collected], repeats:
             reason=problem.plan.reason,
             members=len(done.prepared.members),
             policies=tuple((c.policy, c.kind) for c in problem.changes),
+            work=_work(problem),
         )
         for one, done, problem, time in zip(contenders, runs, problems, times, strict=True)
     )
 
 
 def _refuse_other_estimator(problem: Problem) -> None:
-    if problem.estimator.kind != "kalman":
+    if problem.estimator.kind not in {"kalman", "decentralised"}:
         raise ConfigError(
             f"a comparison counts the work of Kalman filters, and {problem.config.name!r} is {problem.estimator.kind}",
             location=problem.document.locate(("estimator", "kind")),
@@ -152,5 +160,17 @@ def _refuse_other_estimator(problem: Problem) -> None:
 
 
 def _cost(problem: Problem) -> StepCost:
+    """Of nodes the work of all of them together."""
     layout = problem.plan.layout
-    return step_cost(problem.plan, problem.estimator.covariance, layout.complete(layout.pack(problem.reference)))
+    row = layout.complete(layout.pack(problem.reference))
+    if problem.plan.subsystems is None:
+        return step_cost(problem.plan, problem.estimator.covariance, row)
+    cut = cost_of_filter(problem, NO_LINK, counted=False).cut
+    assert cut is not None
+    cost, by_pattern = step_cost(problem.plan, "joseph", row), cut.products("decentralised_pattern")
+    return replace(cost, predict=by_pattern - cost.update, as_run=cut.products("decentralised"))
+
+
+def _work(problem: Problem) -> Costed | None:
+    """Each form of the filter's step, of one with nodes."""
+    return cost_of_filter(problem, NO_LINK) if problem.plan.subsystems is not None else None

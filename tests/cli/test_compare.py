@@ -79,7 +79,8 @@ def test_page_and_pictures_are_written_and_not_overwritten(estimfw: Run) -> None
     words = ("compare", *STATIC, *SHORT, "-o", "here/prices.html")
     told = estimfw(*words)
     assert told.code == 0
-    assert {p.name for p in Path("here").iterdir()} == {"prices.html", "prices_errors.png"}
+    pictures = {f"prices_{name}.png" for name in ("errors", "estimates", "estimates_2", "sigmas", "sigmas_2")}
+    assert {p.name for p in Path("here").iterdir()} == {"prices.html", *pictures}
     page = Path("here/prices.html").read_text()
     assert "What each costs" in page and "static_10" in page and 'data-figure="figure-errors"' in page
     before = Path("here/prices.html").read_bytes()
