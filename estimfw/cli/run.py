@@ -30,31 +30,37 @@ __all__ = ["command"]
 @click.option(
     "--csv", is_flag=True, help="Write the outputs over time as outputs.csv too (states where there are none)."
 )
+@click.option("--npz", is_flag=True, help="The same as outputs.npz, in SI units and to the last bit.")
 @click.option("--report/--no-report", default=True, help="Pictures and page (default: yes).")
 def command(
     config: Path, overrides: tuple[str, ...], as_json: bool, output: Path | None, force: bool, at: float | None, csv: bool,
-    report: bool,
+    npz: bool, report: bool,
 ) -> None:  # fmt: skip
     """Run the filter of CONFIG over its record.
 
     Writes result.nc, summary.json, pictures and report.html into the output folder. With --json and without --output nothing
     is written: the answer goes to standard output alone. With --at, the answer, summary.json and outputs.csv are those of the
     run up to that instant; result.nc, pictures and page show the whole.
+
+    Of a recorded trajectory (a log of an INS) the outputs over time are the corrected trajectory: corrected.csv is written
+    without being asked for, with --npz corrected.npz too, and errors before and after the correction are told.
     """
     from estimfw.run.files import output_folder
 
-    if csv and as_json and output is None:
-        raise UsageError("--csv with --json needs a folder for the file", hint="name it: -o FOLDER")
+    if (csv or npz) and as_json and output is None:
+        option = "--csv" if csv else "--npz"
+        raise UsageError(f"{option} with --json needs a folder for the file", hint="name it: -o FOLDER")
     problem = open_problem(config, overrides)
+    tables = _tables(problem, csv=csv, npz=npz)
     folder = output if output is not None or as_json else Path("results") / config.stem
     if folder is None:
         done, _, shown = _run(problem, at, as_json)
         written: list[Path] = []
     else:
-        with output_folder(folder, _names(csv=csv, report=report), force=force):
+        with output_folder(folder, _names(tables, report=report), force=force):
             done, dataset, shown = _run(problem, at, as_json)
             with busy("writing the result", as_json):
-                written = _write(dataset, shown, folder, force=force, csv=csv, report=report)
+                written = _write(dataset, shown, folder, force=force, tables=tables, report=report)
     if as_json:
         from estimfw.run.answer import answer
 
@@ -80,9 +86,19 @@ def _run(problem: Problem, at: float | None, quiet: bool) -> tuple[Collected, xr
     return done, dataset, dataset if at is None else until(dataset, at)
 
 
-def _names(*, csv: bool, report: bool) -> list[str]:
+def _tables(problem: Problem, *, csv: bool, npz: bool) -> list[str]:
+    """The files of outputs over time."""
+    from estimfw.run.recorded import corrects_a_record
+    from estimfw.run.values_file import CORRECTED, OUTPUTS
+
+    corrected = corrects_a_record(problem)
+    name = CORRECTED if corrected else OUTPUTS
+    return [*([f"{name}.csv"] if csv or corrected else []), *([f"{name}.npz"] if npz else [])]
+
+
+def _names(tables: Sequence[str], *, report: bool) -> list[str]:
     """What must not be there yet, before the filter runs for nothing."""
-    return ["result.nc", "summary.json", *(["outputs.csv"] if csv else []), *(["report.html"] if report else [])]
+    return ["result.nc", "summary.json", *tables, *(["report.html"] if report else [])]
 
 
 def _say_done(done: Collected, folder: Path | None, written: Sequence[Path]) -> None:
@@ -97,16 +113,22 @@ def _say_done(done: Collected, folder: Path | None, written: Sequence[Path]) -> 
         say(f"wrote {', '.join(names)} into {folder}")
 
 
-def _write(dataset: xr.Dataset, shown: xr.Dataset, folder: Path, *, force: bool, csv: bool, report: bool) -> list[Path]:
-    from estimfw.run.answer import answer, values_csv
-    from estimfw.run.files import write_text
+def _write(
+    dataset: xr.Dataset, shown: xr.Dataset, folder: Path, *, force: bool, tables: Sequence[str], report: bool
+) -> list[Path]:
+    from estimfw.run.answer import answer
+    from estimfw.run.files import write_bytes, write_text
     from estimfw.run.result_file import write_result
+    from estimfw.run.values_file import values_csv, values_npz
 
     written = [write_result(dataset, folder / "result.nc", force=force)]
     text = json.dumps(answer(shown), indent=2, allow_nan=False) + "\n"
     written.append(write_text(folder / "summary.json", text, force=force))
-    if csv:
-        written.append(write_text(folder / "outputs.csv", values_csv(shown), force=force))
+    for name in tables:
+        if name.endswith(".csv"):
+            written.append(write_text(folder / name, values_csv(shown), force=force))
+        else:
+            written.append(write_bytes(folder / name, values_npz(shown), force=force))
     if report:
         from estimfw.report.write import write_report
 

@@ -225,7 +225,9 @@ class NominalProvider(Protocol):
     ``bind`` returns None; or time alone does, and ``bind`` returns a `ScheduledProvider`. Such a one may have ``instants``, a
     tuple of s at which its rows change: they are ends of steps, see `changing_at`. One that computes what
     is wanted by itself brings ``outputs`` too, a tuple of `estimfw.model.parts.Output` over its nominal row: the result of a
-    determination (``estimator: {kind: determination}``), which has no states.
+    determination (``estimator: {kind: determination}``), which has no states. One whose nominal was recorded by a device has
+    ``as_recorded(record, time)``, a mapping of nominal variables at instants (K,), before any correction: then the result tells
+    what the correction was good for, and the corrected trajectory is written.
     """
 
     kind: str

@@ -107,6 +107,10 @@ class Output:
         Nominal variables that ``value`` reads.
     period : float
         360 deg in SI where the components are angles that wrap, else 0.
+    error_unit : str
+        In which people want its errors, if in another unit than the value: m of a latitude; else empty.
+    error_scale : callable or None
+        ``error_scale(nominal) -> (..., components)``: from the SI unit to ``error_unit``.
     """
 
     name: str
@@ -118,6 +122,8 @@ class Output:
     needs: tuple[str, ...] = ()
     truth: Callable[..., Any] | None = None
     period: float = 0.0
+    error_unit: str = ""
+    error_scale: Callable[..., Any] | None = None
 
     @property
     def labels(self) -> tuple[str, ...]:

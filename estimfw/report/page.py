@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from estimfw.report.bank import bank_line, bank_table
 from estimfw.report.charts import charts_of
+from estimfw.report.correction_table import correction_table
 from estimfw.report.degree_map import degree_map
 from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.heat_map import HeatMap
@@ -91,6 +92,8 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
     )
     gained = smoother_table(dataset)
     yield Section("smoother", "Smoother", table(gained) if gained.rows else "")
+    corrected = correction_table(dataset)
+    yield Section("corrections", "Before and after the correction", table(corrected) if corrected.rows else "")
     meanings = meaning_table(dataset)
     yield Section("meanings", "What states stand for", table(meanings) if meanings.rows else "")
     members = bank_table(dataset)

@@ -9,6 +9,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from estimfw.report.bank import bank_line, bank_table
+from estimfw.report.correction_table import correction_table
 from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.judgement import sigma_caveat
 from estimfw.report.nodes import node_table
@@ -59,6 +60,7 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
         console.print(Text(caveat, style=TONES["warn"]))
     print_table(console, f"{'At the end' if at_end else 'At'}{_last(dataset, at_end)}", end_table(dataset))
     print_table(console, "Smoother", smoother_table(dataset))
+    print_table(console, "Before and after the correction", correction_table(dataset))
     print_table(console, "Members of the bank", bank_table(dataset))
     print_table(console, "Nodes and what they sent", node_table(dataset))
     print_table(console, "What states stand for", meaning_table(dataset))

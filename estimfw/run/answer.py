@@ -1,10 +1,11 @@
-"""The answer of a run: its last epoch as plain JSON values, and its values over time as CSV."""
+"""The answer of a run: its last epoch as plain JSON values."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from estimfw.run.bank_end import bank_end
+from estimfw.run.corrections import corrections_json
 from estimfw.run.json_value import without_nan
 from estimfw.run.plausibility import cautions
 from estimfw.run.smoother_gain import smoother_json
@@ -13,7 +14,7 @@ from estimfw.run.summary import events_of, json_attribute, meaning_of, measureme
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["answer", "values_csv"]
+__all__ = ["answer"]
 
 
 def answer(dataset: xr.Dataset) -> dict[str, Any]:
@@ -48,6 +49,7 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
         "states": _states(dataset, row),
         **_outputs(dataset, row),
         **_bank(dataset),
+        **_corrections(dataset),
         **({"smoother": smoother} if smoother is not None else {}),
         "cautions": cautions(dataset),
         "dispositions": {word: sum(m.counts[word] for m in measurement_summaries(dataset)) for word in _words(dataset)},
@@ -68,27 +70,9 @@ def answer(dataset: xr.Dataset) -> dict[str, Any]:
     return cleaned
 
 
-def values_csv(dataset: xr.Dataset) -> str:
-    """Outputs over time with their sigmas, in display units; the states of a result without outputs.
-
-    One line an epoch, a header with the units.
-    """
-    import pandas as pd
-
-    columns = {"time [s]": dataset["time"].to_numpy()}
-    axis, value, sigma, honest = (
-        ("output", "output_value", "output_sigma", "output_honest_sigma")
-        if "output_value" in dataset
-        else ("state", "estimate", "sigma", "honest_sigma")
-    )
-    for i, label in enumerate(dataset[axis].to_numpy()):
-        unit, scale = str(dataset[f"{axis}_display_unit"].to_numpy()[i]), float(dataset[f"{axis}_display_scale"][i])
-        columns[f"{label} [{unit}]"] = dataset[value].to_numpy()[:, i] * scale
-        if sigma in dataset:
-            columns[f"{label} sigma [{unit}]"] = dataset[sigma].to_numpy()[:, i] * scale
-        if honest in dataset:
-            columns[f"{label} honest sigma [{unit}]"] = dataset[honest].to_numpy()[:, i] * scale
-    return str(pd.DataFrame(columns).to_csv(index=False, float_format="%.12g"))
+def _corrections(dataset: xr.Dataset) -> dict[str, Any]:
+    told = corrections_json(dataset)
+    return {"corrections": told} if told else {}
 
 
 def _bank(dataset: xr.Dataset) -> dict[str, Any]:

@@ -47,6 +47,7 @@ def result_dataset(done: Collected) -> xr.Dataset:
         **_honest(done),
         **_bank(done),
         **_smoothed(done),
+        **_recorded(done),
     }
     coordinates: dict[str, Any] = {
         "time": ("time", time, {"units": "s", "long_name": "time, end of the step"}),
@@ -121,6 +122,19 @@ def _smoothed(done: Collected) -> dict[str, Any]:
     if done.output.shape[1] and done.smoothed_output_error is not None:
         made["smoothed_output_error"] = (("time", "output"), done.smoothed_output_error)
     return made
+
+
+def _recorded(done: Collected) -> dict[str, Any]:
+    """What a device recorded of the outputs, and the unit in which their errors are told."""
+    if done.recorded is None:
+        return {}
+    periods = [o.period for o, _ in done.prepared.plan.outputs for _ in o.components]
+    return {
+        "output_recorded": (("time", "output"), done.recorded.value),
+        "output_error_scale": (("time", "output"), done.recorded.error_scale),
+        "output_error_unit": ("output", list(done.recorded.error_units)),
+        "output_period": ("output", np.array(periods)),
+    }
 
 
 def _state_axes(done: Collected) -> dict[str, Any]:

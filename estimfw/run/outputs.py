@@ -16,7 +16,7 @@ from estimfw.model.parts import Output, StateBlock
 from estimfw.plan.lowering import Lowered
 from estimfw.registry.contract import broken, plugin_code
 
-__all__ = ["output_values", "state_truth", "truth_at", "wrapped"]
+__all__ = ["output_truth", "output_value", "output_values", "state_truth", "truth_at", "wrapped"]
 
 FloatArray = NDArray[np.float64]
 
@@ -40,20 +40,39 @@ def output_values(
         estimates[name] = full
     J = jacobian.evaluate(rows)
     variance = np.einsum("kij,kjl,kil->ki", J, result.covariance, J)
+    value = output_value(output, estimates, nominal, variance.shape[0])
     if not problem.plan.states:
-        return _value(output, estimates, nominal, variance.shape), np.full(variance.shape, np.nan)
-    return _value(output, estimates, nominal, variance.shape), np.sqrt(np.maximum(variance, 0.0))
+        return value, np.full(variance.shape, np.nan)
+    return value, np.sqrt(np.maximum(variance, 0.0))
 
 
-def _value(
-    output: Output, estimates: Mapping[str, FloatArray], nominal: Mapping[str, FloatArray], shape: tuple[int, ...]
+def output_value(
+    output: Output, estimates: Mapping[str, FloatArray], nominal: Mapping[str, FloatArray], count: int
 ) -> FloatArray:
+    """Value (count, components) of an output.
+
+    Raises
+    ------
+    PluginError
+        Its function fails, or returns another shape.
+    """
+    shape = (count, len(output.components))
     what = f"{output.value.__module__}.{output.value.__qualname__}"
     with plugin_code(f"output {output.name!r}", what):
         value = np.asarray(output.value(estimates, nominal), dtype=float)
     if value.shape != shape:
         raise broken(f"output {output.name!r}", what, f"made the shape {value.shape}, {shape} is due")
     return value
+
+
+def output_truth(output: Output, truth: Mapping[str, FloatArray], count: int) -> FloatArray:
+    """True values (count, components) of an output; NaN where the truth does not say what it needs."""
+    if output.truth is not None:
+        try:
+            return np.asarray(output.truth(truth), dtype=float)
+        except KeyError:
+            pass
+    return np.full((count, len(output.components)), np.nan)
 
 
 def truth_at(truth: Truth | None, time: FloatArray) -> dict[str, FloatArray] | None:

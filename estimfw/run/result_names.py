@@ -71,6 +71,10 @@ SHEET: dict[str, tuple[str, str | None]] = {
     "smoothed_output": ("value of each output at this time that later data count for too", PER_OUTPUT),
     "smoothed_output_sigma": ("standard deviation of each smoothed output, from the filter's own model", PER_OUTPUT),
     "smoothed_output_error": ("smoothed value minus truth of each output", PER_OUTPUT),
+    "output_recorded": ("value of each output as it was recorded, before any correction", PER_OUTPUT),
+    "output_error_scale": ("factor from the SI unit of each output to output_error_unit", "1"),
+    "output_error_unit": ("unit in which errors of each output are told; empty: the display unit", None),
+    "output_period": ("what a whole turn is of each output; 0 where it does not wrap", PER_OUTPUT),
     "member": ("start of each member of the bank", None),
     "bank_score": (
         "sum of NIS and ln det S of each member, see estimfw.estimators.bank; infinite where it was lost",

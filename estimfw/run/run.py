@@ -26,8 +26,9 @@ from estimfw.run.health import health_events
 from estimfw.run.honest import Honest, HonestSigma, of_reported
 from estimfw.run.load import load_record
 from estimfw.run.outages import outage_events
-from estimfw.run.outputs import output_values, state_truth, truth_at, wrapped
+from estimfw.run.outputs import output_truth, output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
+from estimfw.run.recorded import AsRecorded, as_recorded
 from estimfw.run.recovery import Recovery, acts
 from estimfw.run.smoothing import Smoothed, chosen_smoothing
 from estimfw.run.staging import StagedFilter
@@ -80,6 +81,7 @@ class Collected:
     honest: Honest | None = None
     bank: Judged | None = None
     smoothed: Smoothed | None = None
+    recorded: AsRecorded | None = None
 
     @property
     def smoothed_output_error(self) -> FloatArray | None:
@@ -311,12 +313,7 @@ def _piece(
     truth = truth_at(prepared.record.truth, prepared.steps.time[first:last])
     true_outputs = None
     if truth is not None:
-        parts = [
-            np.asarray(o.truth(truth), dtype=float)
-            if o.truth is not None
-            else np.full((last - first, len(o.components)), np.nan)
-            for o, _ in problem.plan.outputs
-        ]
+        parts = [output_truth(o, truth, last - first) for o, _ in problem.plan.outputs]
         true_outputs = np.concatenate(parts, axis=1) if parts else empty
     inside = wanted[(wanted >= first) & (wanted < last)] - first
     return _Piece(
@@ -375,6 +372,7 @@ def _collect(
         ),
         timing=timing,
         bank=bank,
+        recorded=as_recorded(prepared),
     )
 
 

@@ -28,7 +28,7 @@ from estimfw.report.price_tables import price_table, value_table
 from estimfw.report.price_values import values_of
 from estimfw.report.terminal import print_result
 from estimfw.report.write import write_report
-from estimfw.run.answer import answer, values_csv
+from estimfw.run.answer import answer
 from estimfw.run.budget import error_budget
 from estimfw.run.compare import compare
 from estimfw.run.contenders import from_configs, grid
@@ -39,6 +39,7 @@ from estimfw.run.run import run_problem
 from estimfw.run.session import Session
 from estimfw.run.summary import end_outputs, summarise
 from estimfw.run.until import until
+from estimfw.run.values_file import values_csv
 
 FloatArray = NDArray[np.float64]
 CONFIG = """\

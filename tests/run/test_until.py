@@ -11,10 +11,11 @@ import pytest
 from estimfw.config.compose import Problem
 from estimfw.data.record import Record, Stream
 from estimfw.errors import UsageError
-from estimfw.run.answer import answer, values_csv
+from estimfw.run.answer import answer
 from estimfw.run.dataset import result_dataset
 from estimfw.run.run import run_problem
 from estimfw.run.until import until
+from estimfw.run.values_file import values_csv
 
 FILTER = """estimfw: 1
 blocks: {p: {kind: random_walk, unit: m, display_unit: km, axes: [x, y], sigma: 2 m, noise: 0.1 m/sqrt(s)}}

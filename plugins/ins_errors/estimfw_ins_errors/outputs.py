@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from estimfw.model.coefficient import constant
 from estimfw.model.parts import Output
+from estimfw_ins_errors.local_terms import meridian_curvature, prime_vertical_curvature
 
 __all__ = ["heading_output", "position_output", "velocity_output"]
 
@@ -34,12 +35,13 @@ def velocity_output(block: str) -> Output:
 
 
 def position_output(name: str, block: str) -> Output:
-    """``latitude`` or ``longitude``, of the INS less its error."""
+    """``latitude`` or ``longitude``, of the INS less its error; errors of it in m over ground."""
     latitude = name == "latitude"
     return Output(
         name, ("corrected",), ("rad",), ("deg",), latitude_value if latitude else longitude_value,
         ((block, constant([[-1.0]]), None),), needs=(name,), truth=true_latitude if latitude else true_longitude,
         period=0.0 if latitude else TURN,
+        error_unit="m", error_scale=metres_of_latitude if latitude else metres_of_longitude,
     )  # fmt: skip
 
 
@@ -65,6 +67,17 @@ def longitude_value(estimates: Values, nominal: Values) -> FloatArray:
     """(..., 1) rad."""
     (error,) = estimates.values()
     return np.asarray(nominal["longitude"][..., None] - error)
+
+
+def metres_of_latitude(nominal: Values) -> FloatArray:
+    """R_M (..., 1), m/rad."""
+    return 1.0 / meridian_curvature(nominal["latitude"])[..., None]
+
+
+def metres_of_longitude(nominal: Values) -> FloatArray:
+    """R_N cos (..., 1), m/rad."""
+    L = nominal["latitude"]
+    return np.asarray((np.cos(L) / prime_vertical_curvature(L))[..., None])
 
 
 def true_heading(truth: Values) -> FloatArray:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from estimfw.config.types import Settings, Site, non_negative_quantity, positive_quantity, quantity
-from estimfw.data.record import Record, Stream
+from estimfw.data.record import SAME, Record, Stream
 from estimfw.errors import ConfigError, DataError, NumericalError
 from estimfw.model.nominal import (
     CompiledScan,
@@ -176,6 +176,13 @@ class Recorded:
     def bind(self, settings: ProviderSettings) -> BoundRecorded:
         """The pure functions, with the process row at the start, middle or end of a step."""
         return BoundRecorded(self, np.array([POINTS[settings.evaluation], self.gravity]))
+
+    def as_recorded(self, record: Record, time: FloatArray) -> dict[str, FloatArray]:
+        """The nominal at instants (K,), of the last row until then, without any correction; see `NominalProvider`."""
+        stream = record.streams[self.stream]
+        rows = np.maximum(np.searchsorted(stream.time, time + SAME, side="right") - 1, 0)
+        found = self.recorded(stream, stream.values[rows])
+        return {"latitude": found[:, 0], "longitude": found[:, 1], "velocity_t": found[:, 2:4], "heading": found[:, 4]}
 
     def recorded(self, stream: Stream, values: FloatArray) -> FloatArray:
         """Columns (..., 5) in the order of a sample; a longitude that is not recorded is 0."""

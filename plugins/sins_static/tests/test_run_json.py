@@ -13,9 +13,9 @@ import pytest
 
 from estimfw.cli.main import main
 from estimfw.errors import UsageError
-from estimfw.run.answer import values_csv
 from estimfw.run.dataset import result_dataset
 from estimfw.run.until import until
+from estimfw.run.values_file import values_csv
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SHORT = "source.duration=60 s"
