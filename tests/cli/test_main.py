@@ -184,4 +184,4 @@ def test_plugins_are_listed_and_shown_for_people_and_machines(capsys: pytest.Cap
     assert main(["plugins", "show", "estimfw", "--json"]) == 0
     (shown,) = json.loads(capsys.readouterr().out)["plugins"]
     estimators = {one["kind"] for one in shown["components"] if one["role"] == "estimator"}
-    assert estimators == {"kalman", "unscented", "bank", "determination"}
+    assert estimators == {"kalman", "decentralised", "unscented", "bank", "determination"}
