@@ -61,8 +61,9 @@ def unmeasured(
     x = e^{f t} x_0 and sigma^2 = e^{2 f t} sigma_0^2 + q (e^{2 f t} - 1) / (2 f). NaN for all others.
     """
     mean, variance = prior[0], np.diag(prior[1])
-    rate = np.diag(model.F.coefficient.evaluate(reference))
-    noise = np.diag(model.diffusion.evaluate(reference))
+    nominal = model.nominal(reference)
+    rate = np.diag(model.F.coefficient.evaluate(nominal))
+    noise = np.diag(model.diffusion.evaluate(nominal))
     doubled, t = 2.0 * rate, elapsed[:, None]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         grown = np.where(doubled == 0.0, t, np.expm1(doubled * t) / doubled)

@@ -155,3 +155,13 @@ def test_estimates_with_the_exact_ins_as_truth(opened: Open) -> None:
     gamma = (true["attitude_error_t"][-1, 2] - estimate[2]) * 10800.0 / np.pi
     eps_x = 0.1 - estimate[6] * 648000.0 / np.pi
     assert_printed(np.array([gamma, eps_x]), "7.1080 0.02083")
+
+
+def test_of_a_slow_ship_the_motion_may_be_neglected(done: Run) -> None:
+    """Sigmas within 8 %, worst that of the north drift."""
+    moving = done("ins_const11", *LETTER)
+    still = done("ins_const11", *LETTER, "policies=[ins_errors.neglect_motion]")
+    change = np.abs(still.sigma(14400.0) / moving.sigma(14400.0) - 1.0)
+    assert change.max() < 0.08
+    assert moving.problem.plan.states[int(np.argmax(change))] == "gyro_bias[N]"
+    assert change[2] < 0.015
