@@ -79,7 +79,13 @@ class Linker:
         return Links(gain, shift, rest, form[1:])
 
     def _factor(self, form: FloatArray) -> FloatArray:
-        return form if self._factored else ud.factor(form)
+        """U D U' (..., n, n); what rounding left below zero of a covariance kept whole is nothing."""
+        if self._factored:
+            return form
+        made = ud.factor(form)
+        D = np.einsum("...ii->...i", made)
+        D[...] = np.maximum(D, 0.0)
+        return made
 
 
 def _begun(stretch: Stretch) -> FloatArray:
