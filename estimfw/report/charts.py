@@ -120,8 +120,8 @@ def _error_panel(one: Series, time: FloatArray, limit: int) -> Panel:
 
 def _bands(time: FloatArray, edges: Sequence[FloatArray]) -> tuple[Band, ...]:
     """The own band, behind it the honest one, before it the smoother's; ``edges`` are lower and upper of each."""
-    own = "±3σ own" if np.isfinite(edges[2]).any() else "±3σ"
-    kinds = ((2, "±3σ honest", BAND_HONEST), (0, own, BAND), (4, "±3σ smoothed", BAND_SMOOTHED))
+    own = " own" if np.isfinite(edges[2]).any() else ""
+    kinds = ((2, "±3σ honest", BAND_HONEST), (0, f"±3σ{own}", BAND), (4, f"±3σ{own} smoothed", BAND_SMOOTHED))
     return tuple(
         Band(name, time, edges[i], edges[i + 1], colour) for i, name, colour in kinds if np.isfinite(edges[i]).any()
     )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from estimfw.config.compose import Problem
 from estimfw.data.record import Record, Stream
 from estimfw.errors import ConfigError, UsageError
+from estimfw.montecarlo.draw import draw_runs
 from estimfw.run import run as runner
 from estimfw.run import smoothing
 from estimfw.run.answer import answer
@@ -279,3 +280,27 @@ def test_compiled_and_numpy_smoothers_agree(example: Example, name: str, more: t
         smoothed(run_problem(example(name, *more, f"estimator.kernel={kernel}", how))) for kernel in ("numpy", "numba")
     )
     assert differing(compiled, plain) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("name", "more"),
+    [
+        ("static_12", ("estimator.loop=closed", "source.duration=150 s")),
+        ("ins_gm9_heading", ("source.duration=1 h",)),
+        ("ins_full14", ("source.duration=1 h",)),
+    ],
+)  # fmt: skip
+def test_over_drawn_starts_no_state_is_worse_and_those_are_better_whose_sigma_says_so(
+    example: Example, name: str, more: tuple[str, ...]
+) -> None:
+    problem = example(name, "estimator.kernel=numba", INTERVAL, *more)
+    draws, squares, sigmas = draw_runs(problem, 3, range(8)), [], []
+    for i in range(8):
+        run = run_problem(problem, record=draws.run(i))
+        assert run.truth is not None
+        squares.append([np.mean((x - run.truth) ** 2, axis=0) for x in (smoothed(run).estimate, run.estimate)])
+        sigmas.append([np.mean(sigma**2, axis=0) for sigma in (smoothed(run).sigma, run.sigma)])
+    (after, before), (own, filtered) = (np.sqrt(np.mean(each, axis=0)) for each in (squares, sigmas))
+    assert np.all(after < 1.02 * before)
+    clear = own < 0.6 * filtered
+    assert np.sum(clear) >= 3 and np.all(after[clear] < 0.85 * before[clear])
