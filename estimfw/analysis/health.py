@@ -3,8 +3,8 @@
 Both are judged along a run, stretch after stretch: ``advance`` takes the next epochs and returns the judge as it is after them,
 so that a judge is a value which can be kept and gone back to.
 
-A gated NIS counts for no more than its gate, the largest that would have been fused: one outlier, however large, is no
-divergence.
+Where there is a gate, an NIS counts for no more than what 99 % stay below: a few outliers, however large, are no divergence, and
+there is another judge for those in a row.
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ class NisJudge:
     Attributes
     ----------
     limit : NisLimit
-    thresholds : (rows + 1,) array or None
-        Largest NIS that is fused, by the number of components; None: no gate.
+    most : (rows + 1,) array or None
+        What an NIS counts for at most, by the number of components; None: for what it is.
     nis, freedom : (M,) array
         Of the last epochs, fewer than the limit's.
     good : float, s
@@ -123,7 +123,7 @@ class NisJudge:
     """
 
     limit: NisLimit
-    thresholds: FloatArray | None = None
+    most: FloatArray | None = None
     nis: FloatArray = field(default_factory=lambda: np.zeros(0))
     freedom: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     good: float = float("nan")
@@ -136,8 +136,8 @@ class NisJudge:
         if not known.size:
             return self, NisJudged.nothing(time.size)
         new = nis[known]
-        if self.thresholds is not None:
-            new = np.minimum(new, self.thresholds[np.minimum(freedom[known], self.thresholds.size - 1)])
+        if self.most is not None:
+            new = np.minimum(new, self.most[np.minimum(freedom[known], self.most.size - 1)])
         all_nis, all_freedom = np.concatenate([self.nis, new]), np.concatenate([self.freedom, freedom[known]])
         total, degrees = (_windowed(x, self.limit.epochs)[-known.size :] for x in (all_nis, all_freedom))
         full = np.arange(all_nis.size)[-known.size :] >= self.limit.epochs - 1
@@ -152,7 +152,7 @@ class NisJudge:
 
     def anew(self) -> NisJudge:
         """After something was done about it: the epochs before say nothing of those that come."""
-        return NisJudge(self.limit, self.thresholds, good=self.good)
+        return NisJudge(self.limit, self.most, good=self.good)
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,6 +192,14 @@ class NisJudged:
             times[i, known] = spell.since
         times[2, known] = ratio
         return cls(flags[0], flags[1], times[0], times[1], times[2])
+
+
+def most_counted(thresholds: FloatArray | None) -> FloatArray | None:
+    """What an NIS counts for at most (rows + 1,), of a measurement with these gates; None: it has none."""
+    if thresholds is None:
+        return None
+    counted = np.concatenate([[0.0], quantile(0.99, np.arange(1, thresholds.size))])
+    return np.asarray(np.minimum(thresholds, counted))
 
 
 def _windowed(x: NDArray[np.float64] | IntArray, width: int) -> FloatArray:

@@ -36,7 +36,7 @@ class RejectedConfig(Settings):
 class DivergenceConfig(Settings):
     """The mean NIS of the last ``epochs`` leaves its chi-square bounds: too large is divergence, too small a hint.
 
-    A gated NIS counts for its gate, so that single outliers are none.
+    With a gate an NIS counts for its 99 % quantile at most, so that a few outliers are no divergence.
     """
 
     epochs: Annotated[int, Strict(), Field(ge=2, description="the mean is taken over so many epochs")] = 50

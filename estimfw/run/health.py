@@ -13,7 +13,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.analysis.health import CAUTIOUS, DEGRADED, DIVERGED, NisJudge, NisLimit, RejectionJudge, RejectionLimit
+from estimfw.analysis.health import (
+    CAUTIOUS,
+    DEGRADED,
+    DIVERGED,
+    NisJudge,
+    NisLimit,
+    RejectionJudge,
+    RejectionLimit,
+    most_counted,
+)
 from estimfw.config.compose import Problem
 from estimfw.config.health import HealthConfig
 from estimfw.data.record import Event
@@ -48,7 +57,7 @@ def _judges(health: HealthConfig | None, plan: Plan, m: MeasurementPlan) -> Judg
         RejectionJudge(RejectionLimit(rejection.times, rejection.longer))
         if rejection is not None and refused
         else None,
-        NisJudge(NisLimit(nis.epochs, nis.probability, nis.longer), plan.thresholds(m))
+        NisJudge(NisLimit(nis.epochs, nis.probability, nis.longer), most_counted(plan.thresholds(m)))
         if nis is not None and watched
         else None,
     )
