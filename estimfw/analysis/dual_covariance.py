@@ -32,6 +32,7 @@ from estimfw.analysis.error_sources import Source
 from estimfw.errors import NumericalError
 from estimfw.estimators.scan import SubSteps
 from estimfw.estimators.stretch import Stretch
+from estimfw.kernels.fuse import decorrelate
 from estimfw.plan.truth_plan import TruthPlan
 
 __all__ = ["DualCovariance", "JointMoments"]
@@ -309,5 +310,23 @@ def gains(stretch: Stretch, own: slice, Phi: FloatArray, Q: FloatArray) -> Float
     R[:, range(R.shape[-1]), range(R.shape[-1])] += 1.0 - fused
     if plan.separation is not None:
         return plan.separation.gain(P, H, R)[0]
+    if plan.considered:
+        return _gains_in_sequence(P, H, R, np.array(plan.considered))
     S = H @ P @ np.swapaxes(H, -1, -2) + R
     return np.swapaxes(np.linalg.solve(S, H @ P), -1, -2)
+
+
+def _gains_in_sequence(P: FloatArray, H: FloatArray, R: FloatArray, considered: NDArray[np.bool_]) -> FloatArray:
+    """The gains where some states get none: scalar after scalar, as they are fused; each changes what the next one finds."""
+    rows = H.shape[-2]
+    r, each = decorrelate(R, np.concatenate([H, np.broadcast_to(np.eye(rows), R.shape)], axis=-1))
+    K = np.zeros(np.swapaxes(H, -1, -2).shape)
+    for i in range(rows):
+        h, own = each[..., i, : H.shape[-1]], each[..., i, H.shape[-1] :]
+        Ph = np.einsum("...ij,...j->...i", P, h)
+        s = np.einsum("...i,...i->...", h, Ph) + r[..., i]
+        k = np.where(considered, 0.0, Ph / np.where(s > 0.0, s, np.inf)[..., None])
+        A = P - k[..., :, None] * Ph[..., None, :]
+        P = A - Ph[..., :, None] * k[..., None, :] + s[..., None, None] * k[..., :, None] * k[..., None, :]
+        K = K + k[..., :, None] * (own - np.einsum("...i,...im->...m", h, K))[..., None, :]
+    return K

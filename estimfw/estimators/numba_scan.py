@@ -16,7 +16,7 @@ from estimfw.model.nominal import BoundProvider
 from estimfw.plan.completion import completion
 from estimfw.plan.lowering import Lowered
 from estimfw.plan.plan import Plan
-from estimfw.plan.stages import Stage, holding
+from estimfw.plan.stages import Stage, in_stage
 
 __all__ = ["NumbaScan"]
 
@@ -65,8 +65,8 @@ class NumbaScan:
     def in_stage(self, stage: Stage) -> NumbaScan:
         """The same recursion in a stage of its plan, see `estimfw.plan.stages`."""
         other = copy(self)
-        other.plan = holding(self.plan, stage.held)
-        other.process = other._process()
+        other.plan = in_stage(self.plan, stage)
+        other.process, other.measurements = other._process(), other._measurements()
         return other
 
     def _load(self, row: FloatArray) -> None:
@@ -144,7 +144,8 @@ class NumbaScan:
         density = np.array([m.density for m in plan.measurements], dtype=bool)
         sign = np.array([m.sign for m in plan.measurements], dtype=float)
         period = np.array([m.period for m in plan.measurements], dtype=float)
-        return np.array(offsets, dtype=np.int64), R, density, sign, thresholds, gated, period
+        considered = np.array(plan.considered, dtype=bool)
+        return np.array(offsets, dtype=np.int64), R, density, sign, thresholds, gated, period, considered
 
 
 def _stacked(parts: list[Lowered], columns: int) -> Lowered:

@@ -76,7 +76,7 @@ class NumpyScan(StepByStep):
         R = np.array(m.R) / (chunk.interval[k, j] if m.density else 1.0)
         H = m.H.evaluate(row)
         z = fuse.nearest(z, H @ x, m.period)
-        done = fuse.fuse(self.kernel, x, form, z, H, R, self.thresholds[j])
+        done = fuse.fuse(self.kernel, x, form, z, H, R, self.thresholds[j], self.plan.considered)
         result.innovation[k, own], result.sigma[k, own] = done.innovation, done.sigma
         result.nis[k, j], result.disposition[k, j], result.used[k, j] = done.nis, done.disposition, done.used
         result.log_det[k, j] = done.log_det

@@ -15,7 +15,7 @@ from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, SubSteps, r
 from estimfw.model.nominal import BoundProvider
 from estimfw.plan.completion import derived_in_loop
 from estimfw.plan.plan import Plan
-from estimfw.plan.stages import Stage, holding
+from estimfw.plan.stages import Stage, in_stage
 
 __all__ = ["StepByStep"]
 
@@ -73,7 +73,7 @@ class StepByStep(ABC):
     def in_stage(self, stage: Stage) -> Self:
         """The same recursion in a stage of its plan, see `estimfw.plan.stages`."""
         other = copy(self)
-        other.plan, other.tables = holding(self.plan, stage.held), {}
+        other.plan, other.tables = in_stage(self.plan, stage), {}
         return other
 
     def run(self, state: FilterState, chunk: Chunk) -> tuple[FilterState, ChunkResult]:

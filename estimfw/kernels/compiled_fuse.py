@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from estimfw.kernels.compiled_recursions import joseph_update, ud_update
+from estimfw.kernels.compiled_recursions import joseph_added, joseph_update, ud_added, ud_update
 from estimfw.kernels.fuse import FUSED, GATED, INVALID, MISSING, SINGULAR
 
 # mypy: disallow-untyped-defs=False, disallow-untyped-decorators=False, check-untyped-defs=False
@@ -13,11 +13,13 @@ from estimfw.kernels.fuse import FUSED, GATED, INVALID, MISSING, SINGULAR
 
 
 @njit(cache=True)
-def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, usable, x_before, before, K, w1):
+def fuse(
+    x, form, ud, considered, z, H, R, thresholds, gated, innovation, sigma, A, rows, usable, x_before, before, K, w1
+):
     """One vector measurement in place; returns NIS, disposition, number of fused components and ln det S.
 
-    ``A`` (m, m) and ``rows`` (m, n + 1) hold at least one measurement; ``x_before`` (n,) and ``before`` (n, n) are for what a
-    refused one must leave as it was.
+    ``considered`` (n,) or (0,) are states that get no gain. ``A`` (m, m) and ``rows`` (m, n + 1) hold at least one measurement;
+    ``x_before`` (n,) and ``before`` (n, n) are for what a refused one must leave as it was.
     """
     n, m = x.shape[0], z.shape[0]
     used = 0
@@ -53,6 +55,8 @@ def fuse(x, form, ud, z, H, R, thresholds, gated, innovation, sigma, A, rows, us
         for i in range(n):
             t -= h[i] * x[i]
         s = ud_update(form, h, r, K, w1) if ud else joseph_update(form, h, r, K, w1)
+        if considered.shape[0] and s > 0.0:
+            without_gain(form, ud, considered, K, s, w1[0])
         noisy = r > SINGULAR * R[a, a]
         if not (np.isfinite(s) and s > 0.0 and (noisy or s > SINGULAR * sigma[a] * sigma[a])):
             singular = True
@@ -76,6 +80,19 @@ def nearest(z, H, x, period):
         for i in range(x.shape[0]):
             away -= H[a, i] * x[i]
         z[a] -= period * np.round(away / period)
+
+
+@njit(cache=True)
+def without_gain(form, ud, considered, K, s, v):
+    """Take their gain K_c from considered states, of which P is larger by K_c s K_c'; v (n,) is work space."""
+    for i in range(considered.shape[0]):
+        v[i] = K[i] if considered[i] else 0.0
+        if considered[i]:
+            K[i] = 0.0
+    if ud:
+        ud_added(form, v, s)
+    else:
+        joseph_added(form, v, s)
 
 
 @njit(cache=True)

@@ -160,3 +160,28 @@ def ud_update(form, h, r, K, w1):
     for j in range(n):
         K[j] = K[j] / alpha if alpha > 0.0 else 0.0
     return alpha
+
+
+@njit(cache=True)
+def joseph_added(P, v, c):
+    """P + c v v'."""
+    n = P.shape[0]
+    for i in range(n):
+        for j in range(n):
+            P[i, j] += c * v[i] * v[j]
+
+
+@njit(cache=True)
+def ud_added(form, v, c):
+    """U D U' + c v v' by Agee and Turner; v is used up."""
+    n = form.shape[0]
+    for j in range(n - 1, -1, -1):
+        before, a = form[j, j], v[j]
+        d = before + c * a * a
+        form[j, j] = d
+        pull = c * a / d if d > 0.0 else 0.0
+        for i in range(j):
+            v[i] -= a * form[i, j]
+            form[i, j] += pull * v[i]
+        if d > 0.0:
+            c = c * before / d

@@ -42,7 +42,7 @@ def scan(
 
     ``row``: the nominal before the chunk, and at its end; derived variables and work space stand behind what is provided.
     ``chunk``: samples, dt, restart, inputs, readings, due, interval. ``process`` and ``reads``: see `predict` and `fuse_due`.
-    ``measurements``: offsets, R (rows, most rows), density, sign, thresholds, gated, period.
+    ``measurements``: offsets, R (rows, most rows), density, sign, thresholds, gated, period, considered states.
     ``method``: formula, orders of Phi and Q. ``options``: ud, closed loop, the places in ``row`` that Phi, Q and d depend on.
     ``correction``: (entry, constant, factors) of it, which states it takes, its rows.
     ``moves``: Phi, Q, d and form of each step for a smoother, or of no steps.

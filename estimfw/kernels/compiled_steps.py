@@ -77,7 +77,7 @@ def fuse_due(x, form, ud, row, readings, due, interval, reads, measurements, fou
     NIS, disposition, number of fused components and ln det S.
     """
     He, Hc, Hf, Ie, Ic, If = reads
-    offsets, R_all, density, sign, thresholds, gated, period = measurements
+    offsets, R_all, density, sign, thresholds, gated, period, considered = measurements
     innovation, sigma, nis, disposition, used, log_det = found
     H_flat, nominal, A, rows, usable, x_before, before, K, w1 = space
     total, n = offsets[-1], x.shape[0]
@@ -95,7 +95,7 @@ def fuse_due(x, form, ud, row, readings, due, interval, reads, measurements, fou
             nearest(z, H[lo:hi], x, period[m])
         R = R_all[lo:hi, : hi - lo] / (interval[m] if density[m] else 1.0)
         nis[m], disposition[m], used[m], log_det[m] = fuse(
-            x, form, ud, z, H[lo:hi], R, thresholds[m], gated[m],
+            x, form, ud, considered, z, H[lo:hi], R, thresholds[m], gated[m],
             innovation[lo:hi], sigma[lo:hi], A, rows, usable, x_before, before, K, w1,
         )  # fmt: skip
         any_fused = any_fused or used[m] > 0

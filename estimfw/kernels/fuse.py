@@ -6,6 +6,7 @@ changes nothing; the rest is fused. A full R is decorrelated by R = L diag(r) L'
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -73,6 +74,7 @@ def fuse(
     H: FloatArray,
     R: FloatArray,
     thresholds: FloatArray | None,
+    considered: Sequence[bool] = (),
 ) -> Fused:
     """Fuse one measurement.
 
@@ -85,6 +87,8 @@ def fuse(
         z may hold NaN.
     thresholds : (m + 1,) array or None
         Largest NIS that is fused, by the number of usable components; None: no gate.
+    considered : (n,) sequence of bool, or empty
+        States that get no gain though their covariance counts (Schmidt 1966), in each scalar; empty: none.
     """
     usable = np.isfinite(z)
     used = usable.sum(axis=-1)
@@ -94,7 +98,9 @@ def fuse(
     masked_R = np.where(pair, R, np.where(np.eye(z.shape[-1], dtype=bool), 1.0, 0.0))
     nu = masked_z - np.einsum("...ij,...j->...i", masked_H, x)
     variance = np.einsum("...ii->...i", kernel.projected(form, masked_H) + masked_R)
-    new_x, new_form, nis, log_det, singular = _in_sequence(kernel, x, form, masked_z, masked_H, masked_R, variance)
+    new_x, new_form, nis, log_det, singular = _in_sequence(
+        kernel, x, form, masked_z, masked_H, masked_R, variance, considered
+    )
     disposition = np.where(used == 0, MISSING, np.where(singular, INVALID, FUSED))
     if thresholds is not None:
         disposition = np.where((disposition == FUSED) & (nis > thresholds[used]), GATED, disposition)
@@ -119,6 +125,7 @@ def _in_sequence(
     H: FloatArray,
     R: FloatArray,
     variance: FloatArray,
+    considered: Sequence[bool],
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
     """The scalars one after the other: new state, NIS, ln det S, and whether some innovation variance is not to be trusted.
 
@@ -129,9 +136,12 @@ def _in_sequence(
     r, rows = decorrelate(R, np.concatenate([H, z[..., None]], axis=-1))
     nis, log_det = np.zeros(x.shape[:-1]), np.zeros(x.shape[:-1])
     singular = np.zeros(x.shape[:-1], dtype=bool)
+    gained = ~np.array(considered, dtype=bool)
     for i in range(z.shape[-1]):
         h = rows[..., i, :-1]
         form, K, s = kernel.update(form, h, r[..., i])
+        if len(considered):  # without the gain K_c of these states P is larger by K_c s K_c'
+            form, K = kernel.added(form, np.where(gained, 0.0, K), s), np.where(gained, K, 0.0)
         noisy = r[..., i] > SINGULAR * R[..., i, i]
         good = np.isfinite(s) & (s > 0.0) & (noisy | (s > SINGULAR * variance[..., i]))
         singular = singular | ~good

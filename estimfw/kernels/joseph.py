@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["covariance", "factor", "predict", "projected", "update"]
+__all__ = ["added", "covariance", "factor", "predict", "projected", "update"]
 
 FloatArray = NDArray[np.float64]
 
@@ -58,3 +58,8 @@ def update(form: FloatArray, h: FloatArray, r: FloatArray) -> tuple[FloatArray, 
     Ah = np.einsum("...ij,...j->...i", A, h)
     P = A - Ah[..., :, None] * K[..., None, :] + np.asarray(r)[..., None, None] * K[..., :, None] * K[..., None, :]
     return 0.5 * (P + np.swapaxes(P, -1, -2)), K, s
+
+
+def added(form: FloatArray, v: FloatArray, c: FloatArray) -> FloatArray:
+    """P + c v v', for v (..., n) and c (...) not negative."""
+    return np.asarray(form + np.asarray(c)[..., None, None] * v[..., :, None] * v[..., None, :])

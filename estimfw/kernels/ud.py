@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["covariance", "factor", "orthogonal", "predict", "projected", "split", "update"]
+__all__ = ["added", "covariance", "factor", "orthogonal", "predict", "projected", "split", "update"]
 
 FloatArray = NDArray[np.float64]
 
@@ -118,3 +118,20 @@ def update(form: FloatArray, h: FloatArray, r: FloatArray) -> tuple[FloatArray, 
     usable = alpha > 0.0
     gain = np.where(usable[..., None], b / np.where(usable, alpha, 1.0)[..., None], 0.0)
     return new, gain, alpha
+
+
+def added(form: FloatArray, v: FloatArray, c: FloatArray) -> FloatArray:
+    """U D U' + c v v' by Agee and Turner's recursion (1972), for v (..., n) and c (...) not negative."""
+    lead = np.broadcast_shapes(form.shape[:-2], v.shape[:-1], np.shape(c))
+    new, a = np.broadcast_to(form, (*lead, *form.shape[-2:])).copy(), np.broadcast_to(v, (*lead, v.shape[-1])).copy()
+    weight = np.broadcast_to(np.maximum(np.asarray(c, dtype=float), 0.0), lead).copy()
+    for j in range(form.shape[-1] - 1, -1, -1):
+        before = new[..., j, j].copy()
+        d = before + weight * a[..., j] ** 2
+        live = d > 0.0
+        pull = np.where(live, weight * a[..., j] / np.where(live, d, 1.0), 0.0)
+        new[..., j, j] = d
+        a[..., :j] -= a[..., j, None] * new[..., :j, j]
+        new[..., :j, j] += pull[..., None] * a[..., :j]
+        weight = np.where(live, weight * before / np.where(live, d, 1.0), weight)
+    return new

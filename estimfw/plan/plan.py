@@ -79,6 +79,8 @@ class Plan:
         The nodes of a decentralised filter; see `estimfw.plan.subsystems.cut`.
     stages : tuple of Stage
         What is believed when, see `estimfw.plan.stages`; empty: all states are estimated all the time.
+    considered : (n,) tuple of bool, or empty
+        States that get no gain though their covariance counts, in the plan of a stage; empty: none.
     """
 
     states: tuple[str, ...]
@@ -96,6 +98,7 @@ class Plan:
     outputs: tuple[tuple[Output, Lowered], ...] = ()
     subsystems: Subsystems | None = None
     stages: tuple[Stage, ...] = ()
+    considered: tuple[bool, ...] = ()
 
     @property
     def whole(self) -> Plan:

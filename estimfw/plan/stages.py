@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from estimfw.plan.lowering import Lowered
     from estimfw.plan.plan import Plan
 
-__all__ = ["Stage", "holding", "stage_of_steps"]
+__all__ = ["Stage", "in_stage", "stage_of_steps"]
 
 FloatArray = NDArray[np.float64]
 
@@ -53,15 +53,15 @@ def stage_of_steps(stages: tuple[Stage, ...], begin: FloatArray) -> NDArray[np.i
     return np.asarray(np.searchsorted(ends, begin + SAME, side="right"), dtype=np.int64)
 
 
-def holding(plan: Plan, held: tuple[bool, ...]) -> Plan:
-    """The plan in which held states keep their value: no rate and no noise of their own.
+def in_stage(plan: Plan, stage: Stage) -> Plan:
+    """The plan of a stage: held states keep their value, with no rate and no noise of their own; considered ones get no gain.
 
-    What they drive is driven by the value that they have.
+    What held states drive is driven by the value that they have.
     """
-    if not any(held):
+    plan = replace(plan, considered=stage.considered if any(stage.considered) else ())
+    if not any(stage.held):
         return plan
-    n = len(held)
-    inputs = plan.B.shape[1]
+    held, n, inputs = stage.held, len(stage.held), plan.B.shape[1]
     return replace(
         plan,
         F=_silenced(plan.F, {i * n + j for i in range(n) if held[i] for j in range(n)}),

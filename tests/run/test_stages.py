@@ -240,6 +240,40 @@ def test_in_a_closed_loop_a_stage_is_the_filter_of_fewer_states(example: Callabl
     assert np.all(one.sigma[:20, 6:] == 0.0) and np.all(one.sigma[20:, 6:] > 0.0)
 
 
+def considering(kernel: str, covariance: str = "ud") -> str:
+    """Constants first; then drifts, with what is left of the constants taken into account."""
+    return (
+        stages("[velocity_fix]", kernel=kernel)
+        .replace("kind: kalman", f"kind: kalman, covariance: {covariance}")
+        .replace(
+            f"estimate: [{COMMON}, gyro_drift]", f"estimate: [{COMMON}, gyro_drift], consider: [gyro_bias, accel_bias]"
+        )
+        .replace(
+            f"estimate: [{COMMON}, gyro_bias, accel_bias]",
+            f"estimate: [{COMMON}, gyro_bias, accel_bias], consider: [gyro_drift]",
+        )
+    )
+
+
+@pytest.mark.parametrize("covariance", ["ud", "joseph"])
+def test_a_filter_that_considers_what_it_does_not_estimate_claims_what_is_true(
+    composed: Composed, covariance: str
+) -> None:
+    both = []
+    for kernel in ("numpy", "numba"):
+        text = config("full14", duration=4320.0, estimator=considering(kernel, covariance))
+        both.append(run_problem(composed(text)))
+    numpy, numba = both
+    assert numpy.honest is not None
+    np.testing.assert_allclose(numpy.honest.sigma, numpy.sigma, rtol=1e-6)
+    np.testing.assert_allclose(numba.sigma, numpy.sigma, rtol=1e-8)
+    assert np.max(np.abs(numba.estimate - numpy.estimate) / numpy.sigma) < 1e-6
+    assert np.all(numpy.estimate[:HOUR, 11:] == 0.0) and np.all(np.ptp(numpy.estimate[HOUR:, 6:11], axis=0) == 0.0)
+    assert np.all(np.diff(numpy.sigma[HOUR:, 6:11], axis=0) == pytest.approx(0.0, abs=1e-12))
+    alone = run_problem(composed(config("full14", duration=4320.0, measured=("velocity_fix", "heading"))))
+    assert np.all(numpy.sigma[-1] >= alone.sigma[-1] * (1.0 - 1e-9))
+
+
 FAULTS = {
     "unknown block": ("[{name: a, until: 1 h, estimate: [tlit]}, {name: b}]", "tlit", "did you mean 'tilt'"),
     "unknown measurement": ("[{name: a, measurements: [headin]}]", "headin", "did you mean 'heading'"),
