@@ -42,7 +42,7 @@ def schmidt(x: FloatArray, P: FloatArray, z: FloatArray, H: FloatArray, r: Float
 @pytest.mark.parametrize("kernel", [ud, joseph])
 def test_considered_states_get_no_gain_and_the_covariance_says_so(kernel: ModuleType) -> None:
     H, z, R = RNG.normal(size=(3, 5)), RNG.normal(size=3), np.diag([0.3, 1.0, 2.0])
-    done = fuse(kernel, X, kernel.factor(P), z, H, R, None, CONSIDERED)
+    done = fuse(kernel, X, kernel.factor(P), z, H, R, None, CONSIDERED.tolist())
     x, expected = schmidt(X, P, z, H, np.diag(R))
     np.testing.assert_allclose(done.x, x, rtol=1e-12)
     np.testing.assert_allclose(kernel.covariance(done.form), expected, rtol=1e-11, atol=1e-12)
@@ -54,7 +54,7 @@ def test_where_they_do_not_stand_in_the_measurement_it_is_schmidts_vector_gain(k
     """K_e = P_e H' S^-1 with the whole S, and P_ee as the optimal filter has it."""
     H, z = np.where(CONSIDERED, 0.0, RNG.normal(size=(2, 5))), RNG.normal(size=2)
     R = np.array([[1.0, 0.4], [0.4, 2.0]])
-    done = fuse(kernel, X, kernel.factor(P), z, H, R, None, CONSIDERED)
+    done = fuse(kernel, X, kernel.factor(P), z, H, R, None, CONSIDERED.tolist())
     K = np.where(CONSIDERED[:, None], 0.0, P @ H.T @ np.linalg.inv(H @ P @ H.T + R))
     A = np.eye(5) - K @ H
     np.testing.assert_allclose(done.x, X + K @ (z - H @ X), rtol=1e-12)
