@@ -206,5 +206,5 @@ def refuse_lost(plan: Plan, result: ChunkResult, first: int, time: FloatArray) -
     raise NumericalError(
         f"the filter left the numbers at step {first + k + 1} (t = {time[k]:g} s): "
         f"{plan.states[i]} = {result.estimate[k, i]:g}, variance {variance[k, i]:g}",
-        hint="use estimator.covariance: ud, and discretisation.method: van_loan",
+        hint="use estimator: {kind: kalman, covariance: ud}, and discretisation.method: van_loan",
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
 from estimfw.model.model import Model
+from estimfw.plan.plan import Plan
 from estimfw.policies.prune_unobservable import model_observability
 from estimfw.policies.sequence import apply_policies
 from estimfw.report.segments import segments_of
@@ -68,12 +69,30 @@ def explain_json(problem: Problem) -> dict[str, Any]:
         "segments": [{"from": one.begin, "matrices": one.matrices} for one in segments_of(problem)],
         "discretisation": problem.plan.discretisation.describe(),
         "terms": [{"label": t.label, "target": t.target, "source": t.source, "text": t.text} for t in model.terms],
+        **_nodes(problem.plan),
         "policies": [c.as_json() for c in problem.changes],
         "equivalence": [c.as_json() for c in problem.checks],
         "rank": along[-1].rank,
         "stages": [{"name": s.name, "states": s.states, "rank": s.rank} for s in along],
         "unobservable": list(problem.undetermined),
         "plan_hash": problem.plan.hash,
+    }
+
+
+def _nodes(plan: Plan) -> dict[str, Any]:
+    """Who owns what in a decentralised filter."""
+    if plan.subsystems is None:
+        return {}
+    return {
+        "nodes": [
+            {
+                "name": node.name,
+                "states": [plan.states[i] for i in node.states],
+                "measurements": [plan.measurements[j].name for j in node.measurements],
+                "rows": [label for j in node.measurements for label in plan.measurements[j].labels],
+            }
+            for node in plan.subsystems.nodes
+        ]
     }
 
 

@@ -13,6 +13,7 @@ from rich.text import Text
 from estimfw.config.compose import Problem
 from estimfw.model.model import Model
 from estimfw.model.parts import NoiseInput, StateBlock
+from estimfw.plan.plan import Plan
 from estimfw.report.equations import dynamics, observations
 from estimfw.report.explain import stages
 from estimfw.report.numbers import measured
@@ -43,6 +44,8 @@ def explanation(problem: Problem) -> Iterator[RenderableType]:
         yield _policies(problem)
     if problem.checks:
         yield _equivalence(problem)
+    if problem.plan.subsystems is not None:
+        yield _nodes(problem.plan)
     yield _ranks(problem)
     yield _verdicts(problem)
 
@@ -192,6 +195,15 @@ def _equivalence(problem: Problem) -> Table:
     for c in problem.checks:
         verdict = Text("equivalent", style="green") if c.equivalent else Text("MISMATCH", style="bold red")
         _add(table, c.operation, c.mirror, _yes(c.in_model), _yes(c.computed), c.setting, verdict)
+    return table
+
+
+def _nodes(plan: Plan) -> Table:
+    form = "exact" if plan.separation is None else plan.separation.form
+    table = _table(f"nodes (cross_covariance: {form})", "node", "states", "measurements")
+    for node in plan.subsystems.nodes if plan.subsystems is not None else ():
+        measured_by = ", ".join(plan.measurements[j].name for j in node.measurements) or "none"
+        _add(table, node.name, ", ".join(plan.states[i] for i in node.states), measured_by)
     return table
 
 

@@ -8,10 +8,13 @@ from numpy.typing import NDArray
 from estimfw.estimators.decentralised.work import Arithmetic, Judgement
 from estimfw.kernels.fuse import FUSED, GATED, INVALID, MISSING, SINGULAR, decorrelate
 
-__all__ = ["FLOATS", "judge", "mirrored", "symmetric_product"]
+__all__ = ["FLOATS", "guarded", "judge", "mirrored", "symmetric_product"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+
+#: An update that leaves less than this part of a variance has left rounding.
+ROUNDED = 1e-12
 
 
 def judge(nu: FloatArray, S: FloatArray, R: FloatArray, usable: BoolArray, thresholds: FloatArray | None) -> Judgement:
@@ -65,9 +68,24 @@ def symmetric_product(A: FloatArray, B: FloatArray) -> FloatArray:
     return mirrored(A @ B.T)
 
 
+def guarded(P: FloatArray, before: FloatArray, K: FloatArray, R: FloatArray) -> FloatArray:
+    """P (k, k) after P <- P - K S K', with no variance below what the noise leaves of it, (K R K')_ii.
+
+    Where an update takes all but 1e-12 of a variance, a difference in double precision has not four digits left, or is zero or
+    negative: a huge prior under a small noise. See `estimfw.kernels.ud` for a form that has them all.
+    """
+    after = np.diag(P)
+    lost = after < ROUNDED * np.diag(before)
+    if not np.any(lost):
+        return P
+    least = np.einsum("ij,jk,ik->i", K[lost], R, K[lost])
+    P[lost, lost] = np.maximum(after[lost], least)
+    return P
+
+
 def _inverse(S: FloatArray) -> FloatArray:
     return mirrored(np.asarray(np.linalg.inv(S), dtype=float)) if len(S) > 1 else 1.0 / S
 
 
-FLOATS = Arithmetic(_inverse, symmetric_product, judge, np.zeros, np.isfinite)
+FLOATS = Arithmetic(_inverse, symmetric_product, judge, np.zeros, np.isfinite, guarded)
 """The arithmetic of a filter that runs."""

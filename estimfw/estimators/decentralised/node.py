@@ -53,7 +53,7 @@ class Node:
             y = noise.reading(place, readings[place], sent) if stage.owner == self.index else None
             M, told = yield from self._stage(stage, held, y, bool(noise.later(place)), judged)
             if told.disposition == FUSED and told.usable is not None:
-                held = self._updated(held, M, told.words["inverse"], told.words["innovation"])
+                held = self._updated(held, M, told.words["inverse"], told.words["innovation"], stage.R)
                 sent[place] = told.words.get("reading", NOTHING)
                 noise.fused(place, told.usable)
         mailbox = yield Message({"state": held.x, "covariance": self.share.packed(held)})
@@ -173,7 +173,7 @@ class Node:
         whole[own] = self.arithmetic.inverse(S[own])
         return whole[np.triu_indices(len(S))]
 
-    def _updated(self, held: Held, M: FloatArray, inverse: FloatArray, nu: FloatArray) -> Held:
+    def _updated(self, held: Held, M: FloatArray, inverse: FloatArray, nu: FloatArray, R: FloatArray) -> Held:
         own, m = self.share.states, len(nu)
         S = np.empty((m, m), dtype=inverse.dtype)
         rows, columns = np.triu_indices(m)
@@ -188,6 +188,7 @@ class Node:
             else:
                 taken = M[block.rows] @ K.T
             blocks.append(P - taken)
+        blocks[0] = self.arithmetic.guard(blocks[0], held.blocks[0], K, R)
         return Held(held.x + K @ nu, tuple(blocks))
 
     def _assembled(self, mailbox: Mailbox, n: int) -> Snapshot:

@@ -76,7 +76,9 @@ class SeparateNode:
         if judged.disposition != FUSED:
             return x, P, judged
         K = M[:, usable] @ self.arithmetic.inverse(S[np.ix_(usable, usable)])
-        return x + K @ nu[usable], P - self.arithmetic.symmetric(K, M[:, usable]), judged
+        left = P - self.arithmetic.symmetric(K, M[:, usable])
+        left = self.arithmetic.guard(left, P, K, stage.R[np.ix_(usable, usable)])
+        return x + K @ nu[usable], left, judged
 
 
 class LonelyNode(SeparateNode):

@@ -67,6 +67,10 @@ class Done:
     judged: Mapping[int, Judgement]
 
 
+def _as_it_is(P: FloatArray, before: FloatArray, K: FloatArray, R: FloatArray) -> FloatArray:
+    return P
+
+
 @dataclass(frozen=True, slots=True)
 class Arithmetic:
     """The operations of a node that are more than ``+ - * @``, so that it can run on other numbers than floats.
@@ -83,6 +87,8 @@ class Arithmetic:
         Array of zeros of a shape.
     finite : callable
         Which numbers of a reading there are.
+    guard : callable
+        ``guard(P, before, K, R)``: a node's own covariance after an update, where rounding may have left nothing of it.
     """
 
     inverse: Callable[[FloatArray], FloatArray]
@@ -90,3 +96,4 @@ class Arithmetic:
     judge: Callable[[FloatArray, FloatArray, FloatArray, BoolArray, FloatArray | None], Judgement]
     zeros: Callable[[tuple[int, ...]], FloatArray]
     finite: Callable[[FloatArray], BoolArray]
+    guard: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray] = _as_it_is

@@ -206,6 +206,17 @@ def test_a_singular_innovation_covariance_is_told_and_skipped() -> None:
     assert np.allclose(done[0].snapshot.x, [0.0, 0.5])
 
 
+@pytest.mark.parametrize("sigma", np.geomspace(1e4, 1e9, 11).tolist())
+def test_a_huge_prior_under_a_small_noise_leaves_no_variance_of_zero(sigma: float) -> None:
+    """P - K S K' keeps no digit of what is left here; the true sigma is that of the noise, 1 m."""
+    system = selector_system(4, 2, 2)
+    system.Phi, system.Q, system.P = np.eye(4), np.zeros((4, 4)), np.diag([sigma**2, 1.0, sigma**2, 1.0]) / 1.7
+    done, _ = step(system)
+    found = np.sqrt(np.diag(done[0].snapshot.P))[[0, 2]]
+    assert np.all(found > 1.0 - 1e-4)
+    assert np.all(found < 1.0 + 1e-4 if sigma < 1e6 else found < 2e-8 * sigma + 1.0 + 1e-4)
+
+
 def selector_system(n: int, m: int, nodes: int) -> System:
     """Equal blocks; each row reads one state of its node."""
     rng = np.random.default_rng(n)

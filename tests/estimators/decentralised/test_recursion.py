@@ -154,6 +154,21 @@ def test_two_nodes_of_three_may_be_silent_at_different_times(alignment: Alignmen
     assert sorted((e.source, e.time) for e in found.events) == [("node n0", 20.0), ("node n1", 50.0), ("node n2", 30.0)]
 
 
+@pytest.mark.parametrize("form", ["exact", "drop"])
+def test_a_silent_node_is_one_whose_readings_are_missing_in_a_suboptimal_form_too(
+    alignment: Alignment, nodes: Nodes, form: str
+) -> None:
+    record = load_record(alignment(GLOBAL, 60))
+    silent = {"silent": [{"node": "n0", "from": "20 s", "until": "40 s"}]}
+    mute = alignment(decentralised(nodes(BY_CORRELATION), cross_covariance=form, exchange=silent), 60)
+    holed = alignment(decentralised(nodes(BY_CORRELATION), cross_covariance=form), 60)
+    found, wanted = run_problem(mute, record=record), run_problem(holed, record=without(record, 0, 20.0, 40.0))
+    assert np.array_equal(found.estimate, wanted.estimate) and np.array_equal(found.disposition, wanted.disposition)
+    if form == "drop":
+        assert found.honest is not None and wanted.honest is not None
+        np.testing.assert_array_equal(found.honest.sigma, wanted.honest.sigma)
+
+
 def test_gates_are_those_of_a_filter_with_one_measurement_a_node(composed: Callable[[str], Problem]) -> None:
     """Readings that are wrong in one axis are gated there alone, by both filters alike."""
     text = """\
