@@ -22,7 +22,7 @@ __all__ = ["TURNS", "Measured", "measure"]
 TURNS = 9
 
 #: Turns and steps of the filters as they run, with everything around the nodes.
-RUN_TURNS, RUN_STEPS = 5, 20
+RUN_TURNS, RUN_STEPS = 3, 20
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 Groups = Sequence[Sequence[int]]
 
 #: Steps that are timed at most, in a turn.
-MOST_STEPS = 20
+MOST_STEPS = 10
 
 
 @dataclass(frozen=True, slots=True)
