@@ -24,6 +24,7 @@ from estimfw.config.generic.values import STATE_BYTES
 from estimfw.config.health import health_fault
 from estimfw.config.model_context import ModelContext
 from estimfw.config.stages import stages_of
+from estimfw.config.stepped_frames import refuse_stepped_turns
 from estimfw.config.truth import Truth, own_truth
 from estimfw.config.validate import validate
 from estimfw.config.wanted_columns import Wanted, wanted_columns
@@ -148,6 +149,7 @@ def compose(document: Document, registry: Registry) -> Problem:
     model, changes = _apply(policies, full, reference, document)
     checks = _checks(cfg, provider, model, document)
     settings = ProviderSettings(frozenset(c.operation for c in checks if c.computed))
+    _stepped_turns(model, provider, settings, document)
     estimator = estimation.filter
     settings = replace(settings, evaluation=discretisation(estimator).evaluation)
     plan = _plan(model, provider, settings, estimator, document)
@@ -306,6 +308,14 @@ def _checks(cfg: FilterConfig, provider: Any, model: Model, document: Document) 
         )
     except ConfigError as error:
         error.location = error.location or document.locate(("nominal", "operations"))
+        raise
+
+
+def _stepped_turns(model: Model, provider: Any, settings: ProviderSettings, document: Document) -> None:
+    try:
+        refuse_stepped_turns(model, provider.variables(settings.computed))
+    except ConfigError as error:
+        document.placed(error, ("policies",))
         raise
 
 

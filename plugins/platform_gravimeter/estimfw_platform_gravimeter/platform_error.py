@@ -20,7 +20,7 @@ _AZIMUTH = constant([[0, 0, 0], [0, 0, 0], [1, 0, 0]])
 
 
 class PlatformErrorConfig(Settings):
-    """The error model over the named blocks; terms of blocks that are not there are left out."""
+    """The error model over the named blocks; terms of blocks that are not there are left out, but one that is named here must be."""
 
     kind: Literal["platform_gravimeter.platform_error"]
     gyro_noise: Annotated[
@@ -40,7 +40,15 @@ class PlatformErrorConfig(Settings):
 
 
 def platform_error(name: str, cfg: PlatformErrorConfig, context: Any) -> ProcessParts:
-    """Terms acting in n; noises in p. ``context.blocks`` are the blocks that the config has."""
+    """Terms acting in n; noises in p. ``context.blocks`` are the blocks that the config has.
+
+    Raises
+    ------
+    ConfigError
+        A block is named here that the config does not have.
+    """
+    for role in cfg.model_fields_set & {"velocity", "attitude", "accel_bias", "gyro_drift"}:
+        context.block(getattr(cfg, role))
     V, phi, dA, eps = cfg.velocity, cfg.attitude, cfg.accel_bias, cfg.gyro_drift
     transport, azimuth = scalar("curvature") * _LEVEL, scalar("curvature") * scalar("tan_latitude") * _AZIMUTH
     every = (
