@@ -20,7 +20,7 @@ _AZIMUTH = constant([[0, 0, 0], [0, 0, 0], [1, 0, 0]])
 
 
 class PlatformErrorConfig(Settings):
-    """The error model over the named blocks; terms of blocks that are not there are left out, but one that is named here must be."""
+    """The error model over the named blocks; terms of blocks that are not there are left out, one named here must be there."""
 
     kind: Literal["platform_gravimeter.platform_error"]
     gyro_noise: Annotated[
