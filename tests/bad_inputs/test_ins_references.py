@@ -55,8 +55,8 @@ def voyage(good: tuple[Path, Logs], check: Command, folder: Path) -> Voyage:
         for file in there.glob("*.yaml"):
             shutil.copy(file, folder)
         (folder / "drive").mkdir(exist_ok=True)
-        for file in ("ins.csv", "truth.npz"):
-            shutil.copy(there / "drive" / file, folder / "drive")
+        for part in ("ins.csv", "truth.npz"):
+            shutil.copy(there / "drive" / part, folder / "drive")
         for name, log in (logs | changed).items():
             extra = columns if log.shape[1] > logs[name].shape[1] else ""
             lines = [",".join("" if np.isnan(c) else repr(c) for c in row) for row in log.tolist()]
@@ -93,7 +93,7 @@ def assert_survived(answer: dict[str, Any], clean: dict[str, Any], wider: float 
     assert answer["cautions"] == clean["cautions"] == []
 
 
-def changed(log: FloatArray, rows: Any, column: int, change: Callable[[FloatArray], Any]) -> FloatArray:
+def changed(log: FloatArray, rows: Any, column: int | slice, change: Callable[[FloatArray], Any]) -> FloatArray:
     made = log.copy()
     made[rows, column] = change(made[rows, column])
     return made
