@@ -70,4 +70,4 @@ def say_undetermined(problem: Problem, *, listed: bool = False) -> None:
         say("\n  ".join([f"warning: {told}, here with what goes together:", *problem.undetermined]), style="yellow")
         return
     them = "them" if count > 1 else "it"
-    say(f"{told} (usual for a standing vehicle); estimfw check lists {them}", style="dim")
+    say(f"{told} (usual for a vehicle that stands or moves evenly); estimfw check lists {them}", style="dim")
