@@ -277,6 +277,8 @@ def _stream_due(
     time: FloatArray, begin: float, stream: Stream, name: str, arrivals: Arrivals | None
 ) -> tuple[Due, list[Event]]:
     events: list[Event] = []
+    if not len(stream):
+        events.append(Event(float("nan"), name, "no rows", "the stream is empty: nothing of it is fused"))
     keep = _without_duplicates(stream, events)
     period = stream.period or _typical(stream.time[keep])
     row = np.full(time.size, -1, dtype=np.int64)
@@ -312,7 +314,7 @@ def _stream_due(
 
 
 def _without_duplicates(stream: Stream, events: list[Event]) -> IntArray:
-    same = np.concatenate([[False], np.diff(stream.time) <= SAME])
+    same = np.concatenate([np.zeros(min(1, len(stream)), dtype=bool), np.diff(stream.time) <= SAME])
     for k in np.flatnonzero(same):
         if not np.array_equal(stream.values[k], stream.values[k - 1], equal_nan=True):
             raise DataError(

@@ -1,8 +1,8 @@
 """Fixed lag: each state as it is known when all data of a lag after it are there, while the data come in.
 
 The links of a window are one link, made by composing them. A queue of two stacks keeps the window's: behind, links are
-composed as they come; in front, each is composed with all that follow it there. So a step costs three compositions however
-long the lag is, and steps need not be equal.
+composed as they come; in front, each is composed with all that follow it there. So a step costs three compositions on average,
+however long the lag is, and steps need not be equal. Once a lag, when the front is used up, all behind go there in one step.
 """
 
 from __future__ import annotations

@@ -275,8 +275,9 @@ def _readings(prepared: Prepared, own: slice) -> tuple[FloatArray, NDArray[np.bo
         if m.stream is not None:
             stream = prepared.record.streams[m.stream]
             columns = _columns(stream.columns, m.columns, m.name)
-            values = stream.values[..., columns][..., np.maximum(row, 0), :]
-            readings[..., offsets[j] : offsets[j + 1]] = np.where((row >= 0)[:, None], values, np.nan)
+            there = row >= 0
+            readings[..., offsets[j] : offsets[j + 1]] = np.nan
+            readings[..., there, offsets[j] : offsets[j + 1]] = stream.values[..., columns][..., row[there], :]
     return readings, due, interval
 
 

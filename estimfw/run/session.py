@@ -32,6 +32,7 @@ from estimfw.run.recovery import Recovery, acts
 from estimfw.run.rewind import Arrived, Done, History, Snapshot
 from estimfw.run.session_health import Watched
 from estimfw.run.session_smoother import SessionSmoother, SmoothedEstimate
+from estimfw.run.smoothing import smoothing_kernel
 from estimfw.run.staging import StagedFilter
 from estimfw.run.waiting_rows import DueRow, WaitingRows
 
@@ -123,7 +124,8 @@ class Session:
         self._filters = [StagedFilter(problem, member.scan, member.prior[1]) for member in self._members]
         self._stage = -1
         smoother = problem.estimator.smoother
-        self._smoother = SessionSmoother(problem, smoother) if smoother is not None else None
+        kernel = smoothing_kernel(self._members[0].scan)
+        self._smoother = SessionSmoother(problem, smoother, kernel) if smoother is not None else None
         self._begin, self._steps, self._last = time, 0, None
         self._samples: list[FloatArray] = []
         self._stamps: list[float] = []

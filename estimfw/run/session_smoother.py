@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
-from estimfw.config.generic.smoother import FixedLagConfig
+from estimfw.config.generic.smoother import FixedIntervalConfig, FixedLagConfig
 from estimfw.errors import UsageError
 from estimfw.estimators.fixed_lag import FixedLag, Lagged
 from estimfw.estimators.links import Linker
 from estimfw.estimators.stretch import Stretch
-from estimfw.kernels import smooth, ud
+from estimfw.kernels import ud
 from estimfw.run.smoothing import smoothed_outputs
 
 __all__ = ["SessionSmoother", "SmoothedEstimate"]
@@ -36,20 +37,27 @@ class SmoothedEstimate:
 class SessionSmoother:
     """Smooths the steps of a session.
 
+    Parameters
+    ----------
+    problem : Problem
+    cfg : FixedIntervalConfig or FixedLagConfig
+    kernel : module
+        See `estimfw.run.smoothing.smoothing_kernel`.
+
     Raises
     ------
     UsageError
         The config asks for a smoother that needs the whole record.
     """
 
-    def __init__(self, problem: Problem, cfg: object) -> None:
+    def __init__(self, problem: Problem, cfg: FixedIntervalConfig | FixedLagConfig, kernel: ModuleType) -> None:
         if not isinstance(cfg, FixedLagConfig):
             raise UsageError(
                 "a session cannot smooth over an interval that has not ended",
                 hint="estimator.smoother: {kind: fixed_lag, lag: 60 s}, or none",
             )
-        self._problem, self._lag = problem, FixedLag(cfg.lag, smooth)
-        self._linked = Linker(smooth, factored=problem.estimator.covariance == "ud")
+        self._problem, self._lag = problem, FixedLag(cfg.lag, kernel)
+        self._linked = Linker(kernel, factored=problem.estimator.covariance == "ud")
         self._rows: deque[FloatArray] = deque()
 
     def step(self, stretch: Stretch) -> tuple[SmoothedEstimate, ...]:

@@ -19,12 +19,11 @@ from estimfw.estimators.links import Linker, Links
 from estimfw.estimators.scan import ChunkResult
 from estimfw.estimators.stretch import Stretch
 from estimfw.kernels import smooth, ud
+from estimfw.run.kernel_choice import Scan
 from estimfw.run.outputs import output_values
 from estimfw.run.prepare import Prepared
 
 __all__ = [
-    "FixedIntervalSmoothing",
-    "FixedLagSmoothing",
     "Smoothed",
     "Smoothing",
     "chosen_smoothing",
@@ -62,7 +61,7 @@ class Smoothing(ABC):
 
     def __init__(self, prepared: Prepared, wanted: NDArray[np.int64]) -> None:
         self._prepared, self._wanted = prepared, wanted
-        self._kernel, self._seconds = smoothing_kernel(prepared), 0.0
+        self._kernel, self._seconds = smoothing_kernel(prepared.scan), 0.0
         self._linked = Linker(self._kernel, factored=prepared.problem.estimator.covariance == "ud")
 
     def __call__(self, stretch: Stretch) -> None:
@@ -153,9 +152,9 @@ def chosen_smoothing(prepared: Prepared, wanted: NDArray[np.int64]) -> Smoothing
     return FixedIntervalSmoothing(prepared, wanted)
 
 
-def smoothing_kernel(prepared: Prepared) -> ModuleType:
+def smoothing_kernel(scan: Scan) -> ModuleType:
     """Compiled where the filter is."""
-    if prepared.scan.name != "numba":
+    if scan.name != "numba":
         return smooth
     from estimfw.kernels import compiled_smooth
 

@@ -176,3 +176,9 @@ def test_a_pseudo_measurement_makes_steps_where_nothing_drives() -> None:
     steps = merged_steps({"a": stream("a", [0.9, 2.0])}, [Wanted("a", "a"), Wanted("still", None, 0.5)], start=0.0)
     np.testing.assert_allclose(steps.time, [0.5, 0.9, 1.0, 1.5, 2.0])
     np.testing.assert_array_equal(steps.due["still"].row, [0, -1, 0, 0, 0])
+
+
+def test_a_stream_without_rows_is_due_nowhere_and_told() -> None:
+    steps = merged(stream("a", [0.5, 1.0]), stream("b", []), start=0.0)
+    np.testing.assert_array_equal(steps.due["b"].row, [-1, -1])
+    assert kinds(steps) == [("b", "no rows", 1)]

@@ -132,3 +132,19 @@ def test_dynamics_too_stiff_for_sub_steps_are_refused(composed: Composed, kernel
 def test_a_column_that_the_stream_lacks_is_named_with_those_it_has(composed: Composed) -> None:
     with pytest.raises(DataError, match=r"measurement 'fix' needs the column 'y'[\s\S]*the stream has: x, z"):
         run(composed(filter_text("numpy")), [[0.0, 0.0]], columns=("x", "z"))
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_a_stream_without_rows_leaves_the_others_to_the_filter(composed: Composed, kernel: str) -> None:
+    text = filter_text(kernel).replace(
+        "estimator:",
+        "  beacon: {kind: direct, of: [{block: p}], noise: 1 m, stream: beacon, columns: [x, y]}\nestimator:",
+    )
+    problem = composed(
+        text.replace("measurements: {fix: {", "measurements:\n  fix: {").replace("noise: 1 m}}\n", "noise: 1 m}\n")
+    )
+    fixes = Stream("fix", np.arange(1.0, 4.0), np.zeros((3, 2)), ("x", "y"), "sample", 1.0)
+    nothing = Stream("beacon", np.zeros(0), np.zeros((0, 2)), ("x", "y"), "sample", 1.0)
+    done = run_problem(problem, record=Record({"fix": fixes, "beacon": nothing}, initial={"time": np.array(0.0)}))
+    np.testing.assert_array_equal(done.disposition, [[FUSED, -1]] * 3)
+    assert [e.text for e in done.events if e.kind == "no rows"] == ["the stream is empty: nothing of it is fused"]
