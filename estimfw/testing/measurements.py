@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
+from estimfw.kernels.fuse import nearest
 from estimfw.plan.plan import MeasurementPlan
 from estimfw.testing.first_steps import FirstSteps, first_steps
 
@@ -45,7 +46,7 @@ def check_measurements(problem: Problem, tolerance: float = 1e-3) -> None:
     for state in np.flatnonzero(problem.plan.corrected):
         _, moved = _rows(problem, first, first.provider.correct(first.state, correction[:, state]))
         for m in problem.plan.measurements:
-            seen = _innovation(m, moved) - _innovation(m, end)
+            seen = nearest(_innovation(m, moved), _innovation(m, end), m.period) - _innovation(m, end)
             H = m.H.evaluate(end)
             expected = -H @ Phi[:, state] * SIZE
             worst = float(np.max(np.abs(seen - expected), initial=0.0))

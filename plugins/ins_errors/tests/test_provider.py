@@ -19,7 +19,7 @@ from estimfw.model.nominal import InitialNominal, ProviderSettings
 from estimfw.run.load import load_record
 from estimfw.run.prepare import prepare
 from estimfw.run.run import run_problem
-from estimfw.testing import check_draws, check_measurements, check_outputs, check_provider
+from estimfw.testing import check_draws, check_jacobians, check_measurements, check_outputs, check_provider
 
 FloatArray = NDArray[np.float64]
 Open = Callable[..., Problem]
@@ -47,6 +47,18 @@ def test_conformance(opened: Open, settings: tuple[str, ...]) -> None:
     check_measurements(problem)
     check_outputs(problem)
     check_draws(problem)
+
+
+def test_conformance_of_a_heading_at_north(opened: Open) -> None:
+    """A correction takes it through North: innovations and outputs go the shorter way round."""
+    perfect = "source.errors={attitude: 0 deg, gyro_bias: 0 deg/h, accel_bias: 0 ug}"
+    north = ("source.course=0 deg", perfect, "source.noise=false")
+    problem = opened("ins_const11_heading", SHORT, *north)
+    start = problem.source.load().streams["ins"].values[1, 4]
+    assert min(start, 2.0 * np.pi - start) < 1e-6
+    check_measurements(problem)
+    check_jacobians(problem)
+    check_outputs(problem)
 
 
 def test_a_drive_draws_runs_of_one_way(opened: Open) -> None:
