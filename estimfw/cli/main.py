@@ -37,6 +37,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "cost": ("estimfw.cli.cost", "Count the work of a step in each form; tell where several processors pay."),
     "simulate": ("estimfw.cli.simulate", "Write the record that a config's source simulates."),
     "trial": ("estimfw.cli.trial", "Run several filters over the same draws; judge claims about them."),
+    "claims": ("estimfw.cli.claims", "Judge claims about sigmas and errors by a run of each filter; make the page."),
     "schema": ("estimfw.cli.schema", "Print or write the JSON Schema of configs."),
     "plugins": ("estimfw.cli.plugins", "List plugins and their components."),
 }
