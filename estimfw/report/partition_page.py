@@ -10,7 +10,6 @@ import numpy as np
 
 from estimfw.report.markup import note, table
 from estimfw.report.matrix_map import MatrixMap
-from estimfw.report.numbers import plain
 from estimfw.report.partition_tables import (
     EXACT,
     MEASURES,
@@ -36,7 +35,7 @@ def correlation_map(found: Partitioned, by: PartitionBy) -> MatrixMap:
     order = [i for group in by.cut.groups for i in group]
     return MatrixMap(
         key=f"correlation_by_{by.measure}",
-        title=f"Correlations at {plain(found.time)} s, groups by {MEASURES[by.measure]}",
+        title=f"Correlations at {found.time:.10g} s, groups by {MEASURES[by.measure]}",
         labels=tuple(found.states[i] for i in order),
         values=np.abs(found.correlation[np.ix_(order, order)]),
         ends=tuple(int(e) for e in np.cumsum([len(g) for g in by.cut.groups])),

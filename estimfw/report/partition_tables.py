@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from estimfw.analysis.partition import Cut
-from estimfw.report.numbers import UNKNOWN, plain, significant
+from estimfw.report.numbers import UNKNOWN, count, significant
 from estimfw.report.tables import Cell, Table
 from estimfw.run.partition import PartitionBy, Partitioned
 
@@ -37,12 +37,11 @@ ALIKE = 1.01
 
 def basis_texts(found: Partitioned) -> list[str]:
     """From what the groups were found, and what stays together."""
-    end, since = plain(found.time), plain(found.since)
-    told = "converged: " if found.settled else ""
-    lines = [
-        f"correlations of the covariance at {end} s, the end of the run; {told}since {since} s they changed by "
-        f"{significant(found.change, 2)} at most"
-    ]
+    told = f"correlations of the covariance at {_time(found.time)} s, the end of the run"
+    if math.isfinite(found.change):
+        settled = "converged: " if found.settled else ""
+        told += f"; {settled}since {_time(found.since)} s they changed by {significant(found.change, 2)} at most"
+    lines = [told]
     bound = [s for s in found.seeds if len(s) > 1]
     if bound:
         groups = " | ".join(", ".join(found.states[i] for i in s) for s in bound)
@@ -53,10 +52,12 @@ def basis_texts(found: Partitioned) -> list[str]:
 def warning_texts(found: Partitioned) -> list[str]:
     """What makes the answer doubtful."""
     lines = []
-    if not found.settled:
+    if not math.isfinite(found.change):
+        lines.append("the run is too short to tell whether the covariance has converged")
+    elif not found.settled:
         i, j = found.changed
         lines.append(
-            f"the covariance has not converged: since {plain(found.since)} s the correlation of {found.states[i]} and "
+            f"the covariance has not converged: since {_time(found.since)} s the correlation of {found.states[i]} and "
             f"{found.states[j]} changed by {significant(found.change, 2)}; run longer, or other groups may come out"
         )
     if found.fixed:
@@ -122,10 +123,19 @@ def price_table(found: Partitioned) -> Table:
         for by in shown:
             price = by.prices[k]
             worst = float(price.ratio[price.worst])
-            cells += [Cell(significant(worst, 3), "" if worst < 1.1 else "warn"), Cell(found.states[price.worst])]
+            cells += [Cell(_times(worst), "" if worst < 1.1 else "warn"), Cell(found.states[price.worst])]
         rows.append(tuple(cells))
     numeric = frozenset(range(1, len(head), 2))
     return Table(tuple(head), tuple(rows), numeric, PRICED)
+
+
+def _times(ratio: float) -> str:
+    """Three digits, or a whole number."""
+    return count(round(ratio)) if 1000.0 <= ratio < 1e9 else significant(ratio, 3)
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.10g}"
 
 
 def advice(found: Partitioned) -> str:
@@ -174,7 +184,11 @@ def partition_json(found: Partitioned) -> dict[str, Any]:
         "seeds": [[found.states[i] for i in s] for s in found.seeds],
         "time": found.time,
         "converged": found.settled,
-        "change": {"since": found.since, "largest": found.change, "states": [found.states[i] for i in found.changed]},
+        "change": {
+            "since": found.since,
+            "largest": _finite(found.change),
+            "states": [found.states[i] for i in found.changed],
+        },
         "without_variance": [found.states[i] for i in found.fixed],
         "correlation": found.correlation.tolist(),
         "partitions": [_by_json(found, by) for by in (found.by_correlation, found.by_coupling)],
@@ -194,7 +208,7 @@ def _by_json(found: Partitioned, by: PartitionBy) -> dict[str, Any]:
         "groups": named(cut.groups),
         "objective": cut.objective,
         "runner_up": named(cut.runner_up) if cut.runner_up is not None else None,
-        "runner_up_objective": cut.runner_up_objective if math.isfinite(cut.runner_up_objective) else None,
+        "runner_up_objective": _finite(cut.runner_up_objective),
         "exact": cut.exact,
         "cases": cut.cases,
         "nodes": [
@@ -208,3 +222,7 @@ def _by_json(found: Partitioned, by: PartitionBy) -> dict[str, Any]:
             for p in by.prices
         },
     }  # fmt: skip
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

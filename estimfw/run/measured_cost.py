@@ -12,6 +12,7 @@ from estimfw.errors import DataError
 from estimfw.run.both_forms import both_forms
 from estimfw.run.cost import CutCost, nodes_of
 from estimfw.run.kept_steps import KeptSteps
+from estimfw.run.needs_states import refuse_bank, refuse_stages
 from estimfw.run.node_time import NodeTimes, node_times
 from estimfw.run.prepare import Prepared
 from estimfw.run.run import Progress, run_problem
@@ -70,7 +71,11 @@ def measure(problem: Problem, cut: CutCost, progress: Progress | None = None) ->
     ------
     DataError
         No step fuses all rows.
+    ConfigError
+        A bank, or a filter with stages.
     """
+    refuse_bank(problem, "a measurement of times", "time one member: estimator: {kind: kalman}, and its start")
+    refuse_stages(problem, "a measurement of times", "time the filter without stages")
     seen: list[KeptSteps] = []
 
     def watch(prepared: Prepared) -> list[KeptSteps]:

@@ -18,7 +18,7 @@ from estimfw.config.compose import Problem
 from estimfw.errors import ConfigError, UsageError
 from estimfw.plan.separation import Form
 from estimfw.run.kept_steps import KeptSteps
-from estimfw.run.needs_states import refuse_bank, refuse_without_states
+from estimfw.run.needs_states import refuse_bank, refuse_stages, refuse_without_states
 from estimfw.run.node_owners import OwnedNode, owned_nodes
 from estimfw.run.prepare import Prepared
 from estimfw.run.run import Collected, Progress, run_problem
@@ -87,7 +87,7 @@ class Partitioned:
         When the covariance was taken: the end of the run.
     since : float, s
     change : float
-        By which the correlations changed most since ``since``.
+        By which the correlations changed most since ``since``; NaN where the run is too short to tell.
     changed : tuple of int
         The pair of states that did.
     correlation : (n, n) array
@@ -190,6 +190,7 @@ def _price(form: Form, kept: KeptSteps, groups: Groups, owners: Sequence[int]) -
 def _sizes(problem: Problem, into: int, sizes: Sequence[int]) -> tuple[int, ...]:
     refuse_without_states(problem, "a partition")
     refuse_bank(problem, "a partition", "cut the member that wins: estimator: {kind: kalman}, and its start")
+    refuse_stages(problem, "a partition", "cut the filter without stages")
     if problem.kind == "unscented":
         raise ConfigError(
             "an unscented filter cannot be cut: successive orthogonalisation is for linear measurements",
@@ -245,5 +246,7 @@ def _change(done: Collected, rho: FloatArray) -> tuple[float, float, tuple[int, 
     at = done.covariance_index
     early = int(np.argmin(np.abs(at - (1.0 - LAST) * at[-1])))
     moved = np.abs(rho - correlation(done.covariance[early]))
+    if early == len(at) - 1:
+        return float(done.prepared.steps.time[-1]), float("nan"), (0, 0)
     i, j = np.unravel_index(int(np.argmax(moved)), moved.shape)
     return float(done.prepared.steps.time[at[early]]), float(moved[i, j]), (int(min(i, j)), int(max(i, j)))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from estimfw.analysis.partition import best_cut
 from estimfw.config.compose import Problem
 from estimfw.errors import ConfigError, UsageError
+from estimfw.report.partition_tables import partition_json, warning_texts
 from estimfw.run.partition import Partitioned, partition_filter
 from tests.run.gravimeter_text import gravimeter
 
@@ -177,3 +178,16 @@ def test_a_nominal_that_varies_is_averaged(example: Example) -> None:
     weights: NDArray[np.float64] = made.by_coupling.weights
     assert np.array_equal(weights, weights.T) and weights.max() > 0.0
     assert [len(g) for g in made.by_coupling.cut.groups] == [4, 4, 4]
+
+
+def test_a_run_of_one_step_is_too_short_to_tell(composed: Composed) -> None:
+    made = partition_filter(composed(gravimeter(30, 1)), 2, price=False)
+    assert np.isnan(made.change) and not made.settled
+    assert "too short" in warning_texts(made)[0]
+    assert partition_json(made)["change"]["largest"] is None
+
+
+def test_stages_are_refused(composed: Composed) -> None:
+    stages = "{kind: kalman, stages: [{name: first, until: 20 s, estimate: [a, b]}, {name: second}]}"
+    with pytest.raises(ConfigError, match="stage"):
+        partition_filter(composed(PAIR % ("1 m", BOTH, stages)), 2)
