@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.estimators.decentralised.shares import upper_triangle
 from estimfw.estimators.decentralised.work import Arithmetic, Judgement
 from estimfw.kernels.fuse import FUSED, GATED, INVALID, MISSING, SINGULAR, decorrelate
 
@@ -28,7 +29,7 @@ def judge(nu: FloatArray, S: FloatArray, R: FloatArray, usable: BoolArray, thres
         See `estimfw.plan.plan.Plan.thresholds`.
     """
     used = int(usable.sum())
-    sigma = np.where(usable, np.sqrt(np.abs(np.diag(S))), np.nan)
+    sigma = np.where(usable, np.sqrt(np.abs(S.diagonal())), np.nan)
     innovation = np.where(usable, nu, np.nan)
     if used == 0:
         return Judgement(MISSING, innovation, sigma, np.nan, 0, np.nan)
@@ -44,14 +45,14 @@ def judge(nu: FloatArray, S: FloatArray, R: FloatArray, usable: BoolArray, thres
 
 def _in_sequence(nu: FloatArray, S: FloatArray, R: FloatArray) -> tuple[float, float, bool]:
     """NIS, ln det S, and whether no pivot of S is a rounding: as if the rows, their noise decorrelated, came one by one."""
-    variance = np.diag(S)
+    variance = S.diagonal()
     if len(nu) == 1:
-        s, t, r = variance, nu, np.diag(R)
+        s, t, r = variance, nu, R.diagonal()
     else:
         r, half, level = decorrelate(R, S, nu[:, None])
         s, rest = decorrelate(decorrelate(R, half.T)[1], level)
         t = rest[:, 0]
-    noisy = r > SINGULAR * np.diag(R)
+    noisy = r > SINGULAR * R.diagonal()
     good = np.isfinite(s) & (s > 0.0) & (noisy | (s > SINGULAR * variance))
     safe = np.where(good, s, 1.0)
     return float(np.sum(np.where(good, t**2 / safe, 0.0))), float(np.sum(np.log(safe))), bool(np.all(good))
@@ -59,8 +60,8 @@ def _in_sequence(nu: FloatArray, S: FloatArray, R: FloatArray) -> tuple[float, f
 
 def mirrored(A: FloatArray) -> FloatArray:
     """A with its upper triangle mirrored to the lower one."""
-    rows, columns = np.tril_indices(len(A), -1)
-    A[rows, columns] = A[columns, rows]
+    rows, columns = upper_triangle(len(A))
+    A[columns, rows] = A[rows, columns]
     return A
 
 
@@ -74,9 +75,9 @@ def guarded(P: FloatArray, before: FloatArray, K: FloatArray, R: FloatArray) -> 
     Where an update takes all but 1e-12 of a variance, a difference in double precision has not four digits left, or is zero or
     negative: a huge prior under a small noise. See `estimfw.kernels.ud` for a form that has them all.
     """
-    after = np.diag(P)
-    lost = after < ROUNDED * np.diag(before)
-    if not np.any(lost):
+    after = P.diagonal()
+    lost = after < ROUNDED * before.diagonal()
+    if not lost.any():
         return P
     least = np.einsum("ij,jk,ik->i", K[lost], R, K[lost])
     P[lost, lost] = np.maximum(after[lost], least)

@@ -11,7 +11,7 @@ from estimfw.estimators.decentralised.exchange import Mailbox, Message, Program
 from estimfw.estimators.decentralised.judge import FLOATS
 from estimfw.estimators.decentralised.noise import Decorrelation
 from estimfw.estimators.decentralised.routes import Route, route
-from estimfw.estimators.decentralised.shares import Held, Share, Snapshot
+from estimfw.estimators.decentralised.shares import Held, Share, Snapshot, upper_triangle
 from estimfw.estimators.decentralised.work import Arithmetic, Done, Judgement, Readings, Stage, Work
 from estimfw.kernels.fuse import FUSED
 
@@ -62,7 +62,7 @@ class Node:
     def _predicted(self, snapshot: Snapshot, work: Work) -> Held:
         own, P = self.share.states, snapshot.P
         if work.transition is None:
-            return Held(snapshot.x[own], tuple(P[np.ix_(b.rows, b.columns)] for b in self.share.blocks))
+            return Held(snapshot.x[own], tuple(P[b.rows[:, None], b.columns] for b in self.share.blocks))
         Phi, Q, d = work.transition
         mine = Phi[own]
         T, blocks = mine @ P, list[FloatArray]()
@@ -73,7 +73,7 @@ class Node:
                 moved = T[block.place] @ Phi[block.columns].T
             else:
                 moved = (T @ Phi[block.rows].T).T
-            blocks.append(moved + Q[np.ix_(block.rows, block.columns)])
+            blocks.append(moved + Q[block.rows[:, None], block.columns])
         return Held(mine @ snapshot.x + d[own], tuple(blocks))
 
     def _stage(
@@ -169,14 +169,16 @@ class Node:
 
     def _inverse(self, S: FloatArray, usable: BoolArray) -> FloatArray:
         """The upper triangle of S^-1, zero where a component is not usable."""
+        if np.all(usable):
+            return self.arithmetic.inverse(S)[upper_triangle(len(S))]
         whole, own = self.arithmetic.zeros(S.shape), np.ix_(usable, usable)
         whole[own] = self.arithmetic.inverse(S[own])
-        return whole[np.triu_indices(len(S))]
+        return whole[upper_triangle(len(S))]
 
     def _updated(self, held: Held, M: FloatArray, inverse: FloatArray, nu: FloatArray, R: FloatArray) -> Held:
         own, m = self.share.states, len(nu)
         S = np.empty((m, m), dtype=inverse.dtype)
-        rows, columns = np.triu_indices(m)
+        rows, columns = upper_triangle(m)
         S[rows, columns] = inverse
         S[columns, rows] = inverse
         K, blocks = M[own] @ S, list[FloatArray]()

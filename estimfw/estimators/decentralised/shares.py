@@ -4,14 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Block", "Held", "Share", "Snapshot", "shares"]
+__all__ = ["Block", "Held", "Share", "Snapshot", "shares", "upper_triangle"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+@cache
+def upper_triangle(n: int) -> tuple[IntArray, IntArray]:
+    """Rows and columns of the upper triangle of an (n, n) array, diagonal and all."""
+    rows, columns = np.triu_indices(n)
+    return rows, columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +109,7 @@ def _share(states: list[IntArray], i: int, halves: list[Block]) -> Share:
     own = states[i]
     diagonal = Block(own, own, True, np.arange(len(own)), (i, i))
     others = tuple(block for block in halves if len(block.rows) and len(block.columns))
-    upper = np.triu_indices(len(own))
+    upper = upper_triangle(len(own))
     rows = [own[upper[0]], *(np.repeat(b.rows, len(b.columns)) for b in others)]
     columns = [own[upper[1]], *(np.tile(b.columns, len(b.rows)) for b in others)]
     return Share(own, (diagonal, *others), upper, (np.concatenate(rows), np.concatenate(columns)))
