@@ -48,7 +48,7 @@ def outcome(problem: Problem) -> ChunkResult:
 
 
 def problem_of(composed: Composed, log: Path, estimator: str, gate: str = "") -> Problem:
-    text = CONFIG.replace("ESTIMATOR", estimator.replace("}", f"{gate}}}")).replace("FILE", str(log))
+    text = CONFIG.replace("ESTIMATOR", f"{estimator[:-1]}{gate}}}").replace("FILE", str(log))
     return composed(text.replace("block: heading}]", "block: heading}], columns: [heading]"))
 
 
@@ -93,3 +93,17 @@ def test_a_period_is_a_positive_angle(composed: Composed, log: Path, period: str
 def test_nearest_leaves_what_is_missing_missing() -> None:
     moved = nearest(np.array([359.0, np.nan, 1.0]), np.array([1.0, 1.0, 359.0]), 360.0)
     np.testing.assert_array_equal(moved, [-1.0, np.nan, 361.0])
+
+
+NODES = "nodes: [{name: angle, blocks: [heading], measurements: [compass]}, {name: rate, blocks: [heading_rate]}]"
+
+
+@pytest.mark.parametrize("forms", ["", ", cross_covariance: drop"])
+def test_nodes_take_the_shorter_way_round(composed: Composed, log: Path, forms: str) -> None:
+    """Two nodes, the heading in one and its rate in the other, are the filter in one piece; separate ones do not jump either."""
+    result = outcome(problem_of(composed, log, f"{{kind: decentralised, {NODES}{forms}}}"))
+    assert np.max(np.abs(result.innovation)) < np.radians(4.0)
+    np.testing.assert_allclose(np.degrees(result.estimate[-1, 0]), 410.0, atol=0.3)
+    if not forms:
+        whole = outcome(problem_of(composed, log, KALMAN[0]))
+        np.testing.assert_allclose(result.estimate, whole.estimate, rtol=0, atol=1e-10)

@@ -142,6 +142,7 @@ class Node:
         words: Mapping[str, FloatArray],
     ) -> Message:
         """The owner's message: ``words``, and nu, S^-1 and, where ``wanted``, y, if the measurement is fused."""
+        y, nu = stage.around(y, nu)
         read = self._read_blocks(stage)
         S = stage.H[:, read] @ M[read] + stage.R
         usable = self.arithmetic.finite(y)

@@ -123,7 +123,7 @@ class DecentralisedScan(StepByStep):
 
     def _stage(self, j: int, m: MeasurementPlan, row: FloatArray, interval: float) -> Stage:
         R = np.array(m.R) / (interval if m.density else 1.0)
-        return Stage(j, self.owners[j], m.H.evaluate(row), R, self.reads[j], self.thresholds[j])
+        return Stage(j, self.owners[j], m.H.evaluate(row), R, self.reads[j], self.thresholds[j], m.period)
 
     def _noise_between(
         self, readings: list[dict[int, FloatArray]], interval: FloatArray

@@ -71,7 +71,7 @@ class SeparateNode:
         """With one measurement of its own."""
         H, usable = stage.H[:, self.states], self.arithmetic.finite(z)
         M = P @ H.T
-        S, nu = H @ M + stage.R, z - H @ x
+        S, (_, nu) = H @ M + stage.R, stage.around(z, z - H @ x)
         judged = self.arithmetic.judge(nu, S, stage.R, usable, stage.thresholds)
         if judged.disposition != FUSED:
             return x, P, judged

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.estimators.decentralised.shares import Snapshot
+from estimfw.kernels.fuse import nearest
 
 __all__ = ["Arithmetic", "Done", "Judgement", "Readings", "Stage", "Work"]
 
@@ -23,7 +24,8 @@ class Stage:
     """A measurement that is due.
 
     ``place`` in the plan, ``owner`` its node, ``H`` (m, n), ``R`` (m, m), ``reads`` (m, n) which states its rows read,
-    ``thresholds`` (m + 1,) the largest NIS that is fused, by the number of usable components; None: no gate.
+    ``thresholds`` (m + 1,) the largest NIS that is fused, by the number of usable components; None: no gate. ``period`` is that
+    of rows that wrap (0: they do not).
     """
 
     place: int
@@ -32,6 +34,14 @@ class Stage:
     R: FloatArray
     reads: BoolArray
     thresholds: FloatArray | None = None
+    period: float = 0.0
+
+    def around(self, reading: FloatArray, innovation: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Reading and innovation, both moved by the whole periods that make the innovation the shorter way round."""
+        if self.period <= 0.0:
+            return reading, innovation
+        shorter = nearest(innovation, np.zeros(innovation.shape), self.period)
+        return reading + (shorter - innovation), shorter
 
 
 @dataclass(frozen=True, slots=True)
