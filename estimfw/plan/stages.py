@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from estimfw.plan.lowering import Lowered
     from estimfw.plan.plan import Plan
 
-__all__ = ["Stage", "in_stage", "stage_of_steps"]
+__all__ = ["Stage", "in_stage", "measured_steps", "stage_of_steps"]
 
 FloatArray = NDArray[np.float64]
 
@@ -51,6 +51,11 @@ def stage_of_steps(stages: tuple[Stage, ...], begin: FloatArray) -> NDArray[np.i
     """Which stage each step is in, (K,), by its begin (K,) in s."""
     ends = np.array([s.until for s in stages[:-1]], dtype=float)
     return np.asarray(np.searchsorted(ends, begin + SAME, side="right"), dtype=np.int64)
+
+
+def measured_steps(stages: tuple[Stage, ...], begin: FloatArray) -> NDArray[np.bool_]:
+    """Which measurements the stages measure at each step, (K, measurements), by its begin (K,) in s."""
+    return np.array([s.measured for s in stages], dtype=bool)[stage_of_steps(stages, begin)]
 
 
 def in_stage(plan: Plan, stage: Stage) -> Plan:

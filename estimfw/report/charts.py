@@ -14,6 +14,7 @@ from estimfw.report.consistency import innovation_chart, nis_chart
 from estimfw.report.palette import BAND, BAND_HONEST, BAND_SMOOTHED, ROLES, SERIES
 from estimfw.report.panel import Band, Chart, Curve, Panel, Style, focused, slug, thinned
 from estimfw.report.series import Axis, Series, grouped, series_of
+from estimfw.report.stages import stage_marks
 from estimfw.report.timescale import TimeScale
 from estimfw.report.track import track_charts
 from estimfw.run.result_names import measurement_names
@@ -52,10 +53,11 @@ def charts_of(dataset: xr.Dataset, limit: int) -> tuple[Chart, ...]:
     ]
     for name in measurement_names(dataset):
         charts += [innovation_chart(dataset, name, scale, limit), nis_chart(dataset, name, scale, limit)]
+    marks = stage_marks(dataset, scale)
     span = _span(scale.of_seconds(dataset["time"].to_numpy()))
     return tuple(
         _distinct(
-            replace(chart, span=None if chart.across else span)
+            chart if chart.across else replace(chart, span=span, marks=marks)
             for chart in map(_without_blanks, charts)
             if chart.panels
         )

@@ -25,6 +25,9 @@ RESOLVED = 1e-3
 LINEAR = 0.7
 """Decades below which a logarithmic axis looks like a linear one."""
 
+MARK = "#868e96"
+"""Grey that is read on a light page and on a dark one."""
+
 DASHES = {"line": "solid", "dashed": "dash", "dotted": "dot"}
 
 
@@ -35,6 +38,9 @@ def plotly_figure(chart: Chart) -> dict[str, Any]:
     """
     row, inner = _heights(chart)
     figure: dict[str, Any] = {"data": [], "layout": _frame(chart)}
+    for begin, name in chart.marks:
+        figure["layout"]["shapes"].append(_mark(begin))
+        figure["layout"]["annotations"].append(_mark_name(begin, name))
     named: tuple[str, ...] = ()
     for place, panel in enumerate(chart.panels):
         number = str(place + 1) if place else ""
@@ -69,6 +75,7 @@ def _frame(chart: Chart) -> dict[str, Any]:
         "hovermode": "closest" if chart.across else "x",
         "showlegend": True,
         "annotations": [],
+        "shapes": [],
         "xaxis": {
             "title": {"text": chart.horizontal},
             "anchor": f"y{rows}" if rows > 1 else "y",
@@ -107,6 +114,18 @@ def _title(panel: Panel, top: float) -> dict[str, Any]:
         "yanchor": "bottom",
         "showarrow": False,
     }
+
+
+def _mark(begin: float) -> dict[str, Any]:
+    """A line through all panels."""
+    line = {"color": MARK, "width": 1, "dash": "dot"}
+    return {"type": "line", "x0": begin, "x1": begin, "xref": "x", "y0": 0, "y1": 1, "yref": "paper", "line": line}
+
+
+def _mark_name(begin: float, name: str) -> dict[str, Any]:
+    """At the right of the line, inside of the first panel."""
+    place = {"x": begin, "xref": "x", "xanchor": "left", "y": 1, "yref": "paper", "yanchor": "top"}
+    return {"text": escape(name), "showarrow": False, "font": {"size": 11, "color": MARK}, **place}
 
 
 def _legend(top: float) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from estimfw.report.numbers import UNKNOWN, count, plain
 from estimfw.report.panel import Chart
 from estimfw.report.shell import Section, chart_block, document
 from estimfw.report.smoother import smoother_table
+from estimfw.report.stages import stage_table
 from estimfw.report.tables import (
     disposition_table,
     end_table,
@@ -99,6 +100,8 @@ def _sections(dataset: xr.Dataset, charts: Sequence[Chart]) -> Iterator[Section]
     members = bank_table(dataset)
     bank = drawn("bank", "Bank")
     yield Section("bank", bank.title, bank.body + table(members) if members.rows else "")
+    stages = stage_table(dataset)
+    yield Section("stages", "Stages", table(stages) if stages.rows else "")
     nodes = node_table(dataset)
     yield Section("nodes", "Nodes and what they sent", table(nodes) if nodes.rows else "")
     yield drawn("outputs", "Convergence of the outputs")

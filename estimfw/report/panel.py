@@ -80,6 +80,7 @@ class Chart:
     ``key`` is unique in a report and fit for a file name, ``section`` the part of the report it belongs to, ``note`` a
     sentence below the title. A map has in ``across`` what goes to the right in place of time (``east, m``), and both axes
     to one scale; ``over`` is what goes to the right on a logarithmic axis in place of time (``step, s``).
+    ``marks`` are instants, in the unit of the axis, at which something begins, and its name.
     """
 
     key: str
@@ -91,6 +92,7 @@ class Chart:
     span: tuple[float, float] | None = None
     across: str = ""
     over: str = ""
+    marks: tuple[tuple[float, str], ...] = ()
 
     @property
     def horizontal(self) -> str:

@@ -59,6 +59,8 @@ STYLE: dict[Any, object] = {
     "lines.linewidth": 1.3,
 }
 
+MARK = "#868e96"
+
 DASHES: dict[str, str] = {"line": "-", "dashed": "--", "dotted": ":", "dots": "none", "crosses": "none"}
 MARKS: dict[str, str] = {"line": "none", "dashed": "none", "dotted": "none", "dots": ".", "crosses": "x"}
 
@@ -93,6 +95,7 @@ def draw(chart: Chart) -> Figure:
     all_axes[-1].set_xlabel(chart.horizontal)
     if chart.across:
         all_axes[-1].set_aspect("equal", adjustable="datalim")
+    _draw_marks(chart, all_axes)
     if chart.over:
         all_axes[-1].set_xscale("log")
         all_axes[-1].xaxis.set_major_formatter(LogLabels())
@@ -103,6 +106,17 @@ def draw(chart: Chart) -> Figure:
     _place(all_axes, row, head, height)
     _draw_legends(chart, all_axes, row)
     return figure
+
+
+def _draw_marks(chart: Chart, all_axes: list[Axes]) -> None:
+    """A line through all panels, and its name in the first one."""
+    for begin, name in chart.marks:
+        for axes in all_axes:
+            axes.axvline(begin, color=MARK, linewidth=0.8, linestyle=":")
+        all_axes[0].annotate(
+            _text(name), (begin, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -2), textcoords="offset points",
+            va="top", fontsize=7.5, color=MARK,
+        )  # fmt: skip
 
 
 def _place(all_axes: list[Axes], row: float, head: float, height: float) -> None:

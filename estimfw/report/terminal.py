@@ -15,6 +15,7 @@ from estimfw.report.judgement import sigma_caveat
 from estimfw.report.nodes import node_table
 from estimfw.report.numbers import UNKNOWN, plain
 from estimfw.report.smoother import smoother_table
+from estimfw.report.stages import stage_table
 from estimfw.report.tables import Table, disposition_table, end_table, event_table, meaning_table
 from estimfw.run.plausibility import cautions
 from estimfw.run.summary import json_attribute
@@ -62,6 +63,7 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
     print_table(console, "Smoother", smoother_table(dataset))
     print_table(console, "Before and after the correction", correction_table(dataset))
     print_table(console, "Members of the bank", bank_table(dataset))
+    print_table(console, "Stages", stage_table(dataset))
     print_table(console, "Nodes and what they sent", node_table(dataset))
     print_table(console, "What states stand for", meaning_table(dataset))
     print_table(console, "Measurements", disposition_table(dataset, brief=True))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from estimfw.data.record import Event
 from estimfw.kernels.fuse import FUSED, GATED, INVALID
+from estimfw.plan.stages import measured_steps
 from estimfw.run.prepare import Prepared
 
 __all__ = ["OUTAGE", "outage_events"]
@@ -30,13 +31,14 @@ MOST = 50
 def outage_events(prepared: Prepared, disposition: NDArray[np.int64]) -> Iterator[Event]:
     """One event for each outage; ``disposition`` is (K, measurements), -1 where none was due.
 
-    At the begin of the run and at its end too. Pseudo-measurements have none.
+    At the begin of the run and at its end too. Pseudo-measurements have none; nor has what a stage does not measure.
     """
-    steps = prepared.steps
+    steps, stages = prepared.steps, prepared.plan.stages
+    unmeasured = ~measured_steps(stages, steps.time - steps.dt) if stages else np.zeros(disposition.shape, dtype=bool)
     for j, m in enumerate(prepared.plan.measurements):
         if m.stream is None or not len(steps):
             continue
-        usable = np.isin(disposition[:, j], (FUSED, GATED, INVALID))
+        usable = np.isin(disposition[:, j], (FUSED, GATED, INVALID)) | unmeasured[:, j]
         known = np.concatenate([[steps.start], steps.time[usable], [steps.time[-1]]])
         length = np.diff(known)
         long = np.flatnonzero(length > LONGEST * float(np.median(steps.due[m.name].interval)))

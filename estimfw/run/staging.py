@@ -17,7 +17,7 @@ from estimfw.estimators.belief import Belief
 from estimfw.estimators.scan import FilterState
 from estimfw.kernels import joseph, ud
 from estimfw.plan.plan import Plan
-from estimfw.plan.stages import stage_of_steps
+from estimfw.plan.stages import measured_steps, stage_of_steps
 from estimfw.run.kernel_choice import Scan
 
 __all__ = ["StagedFilter", "stage_chunks", "staged_steps", "stages_json"]
@@ -51,10 +51,9 @@ def staged_steps(problem: Problem, steps: Steps) -> Steps:
             f"a monitor restarts the filter at {at:g} s, and a filter with stages does not restart",
             location=problem.document.locate(("monitors",)),
         )
-    due = {}
+    due, measured = {}, measured_steps(stages, steps.time - steps.dt)
     for j, m in enumerate(problem.plan.measurements):
-        measured = np.array([s.measured[j] for s in stages])[which]
-        due[m.name] = Due(np.where(measured, steps.due[m.name].row, -1), steps.due[m.name].interval)
+        due[m.name] = Due(np.where(measured[:, j], steps.due[m.name].row, -1), steps.due[m.name].interval)
     return replace(steps, due=due)
 
 
