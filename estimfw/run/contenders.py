@@ -113,10 +113,14 @@ def _label(value: object) -> str:
 
 
 def refuse_other_records(contenders: Sequence[Contender], problems: Sequence[Problem]) -> None:
-    """Raise `ConfigError` where the sections that make the record differ from those of the first config."""
+    """Raise `ConfigError` where the sections that make the record differ from those of the first config.
+
+    A source that takes part of what it simulates from another section names it: ``made_with = ("nominal",)``.
+    """
     first = problems[0].document.data
+    sections = (*SAME, *getattr(problems[0].source, "made_with", ()))
     for contender, problem in zip(contenders[1:], problems[1:], strict=True):
-        for section in SAME:
+        for section in sections:
             if problem.document.data.get(section) != first.get(section):
                 raise ConfigError(
                     f"{section!r} of {contender.name} is not that of {contenders[0].name}: "

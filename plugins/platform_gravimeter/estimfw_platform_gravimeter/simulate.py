@@ -96,6 +96,11 @@ class Simulation:
     schedule: RowsOverTime | None = None
 
     @property
+    def made_with(self) -> tuple[str, ...]:
+        """Sections of the config that the record depends on, besides its own: filters with others do not share it."""
+        return ("nominal",)
+
+    @property
     def seed(self) -> int:
         return self.cfg.seed
 

@@ -11,6 +11,7 @@ import pytest
 
 from estimfw.config.compose import Problem
 from estimfw.config.generic.components import core_components
+from estimfw.errors import ConfigError
 from estimfw.registry.load import load_plugins
 from estimfw.report.price_apart import apart_from_first, apart_table
 from estimfw.report.price_overlays import overlay_charts
@@ -82,3 +83,10 @@ def test_two_positions_in_two_nodes(opened: Open) -> None:
     nodes = run_problem(opened("gravimeter_decentralised", turned, "nominal.alpha=null"), record=whole.prepared.record)
     assert np.max(np.abs(nodes.estimate - whole.estimate) / whole.sigma) < 1e-9
     np.testing.assert_allclose(nodes.sigma, whole.sigma, rtol=1e-9)
+
+
+def test_filters_of_platforms_that_are_turned_otherwise_share_no_record() -> None:
+    """The record is that of a platform which stands as the first one says."""
+    both = from_configs((PAIR[0], EXAMPLES / "gravimeter_two_positions.yaml"), ())
+    with pytest.raises(ConfigError, match="'nominal' of gravimeter_two_positions is not that of gravimeter"):
+        compare(both, grid(()), load_plugins(core_components()), repeats=1)
