@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.analysis.dense_cost import CutSizes
-from estimfw.analysis.zero_pattern import OTHER, ZERO, Pattern
+from estimfw.analysis.zero_pattern import OTHER, UNIT, ZERO, Pattern
 from estimfw.estimators.decentralised.shares import Share, shares
 
-__all__ = ["cut_of", "decentralised_pattern_cost"]
+__all__ = ["cut_of", "decentralised_pattern_cost", "selecting_rows"]
 
 IntArray = NDArray[np.int64]
 Groups = Sequence[Sequence[int]]
@@ -42,6 +42,15 @@ def decentralised_pattern_cost(
         m, read = len(own_rows), int(np.count_nonzero(H[list(own_rows)] == OTHER))
         total += n * read + m * read + m**3 + n * m**2 + read + n * m + m * stored
     return total
+
+
+def selecting_rows(states: int, groups: Groups, rows: Groups) -> Pattern:
+    """A pattern of H in which each row reads one state of its own subsystem, as it is."""
+    H = np.full((sum(len(own) for own in rows), states), ZERO, dtype=np.int8)
+    for group, own in zip(groups, rows, strict=True):
+        for place, row in enumerate(own):
+            H[row, list(group)[place % len(group)]] = UNIT
+    return H
 
 
 def _predicted(each: IntArray, share: Share, *, triangular: bool) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from estimfw.analysis.block_cost import selecting_rows
 from estimfw.analysis.counted_nodes import CountedStep, counted_step
 from estimfw.analysis.counted_number import Tally, counted
 from estimfw.analysis.filter_forms import StepArrays, joseph_step, symmetric_step, textbook_step
@@ -60,17 +61,22 @@ def counted_decentralised(Phi: Pattern, H: Pattern, groups: Groups, rows: Groups
     so that it is not quite the closed form's.
     """
 
-    def run(triangular: bool) -> CountedStep:
-        tally, dense = Tally(), np.where(_blocks(H, groups, rows), OTHER, ZERO).astype(np.int8)
-        arrays = _counting(_step(np.full_like(Phi, OTHER), dense), tally)
-        return counted_step(arrays, tally, groups, rows, dense != ZERO, triangular=triangular)
+    full, dense = np.full_like(Phi, OTHER), np.where(_blocks(H, groups, rows), OTHER, ZERO).astype(np.int8)
+    one_each = selecting_rows(len(Phi), groups, rows)
 
-    whole, half = run(False), run(True)
-    tally = Tally()
-    own = counted_step(_counting(_step(Phi, H), tally, "Phi", "H"), tally, groups, rows, H != ZERO, triangular=True)
+    def run(Phi: Pattern, H: Pattern, *known: str, triangular: bool = True) -> CountedStep:
+        tally = Tally()
+        arrays = _counting(_step(Phi, H), tally, *known)
+        return counted_step(arrays, tally, groups, rows, H != ZERO, triangular=triangular)
+
+    whole, own = run(full, dense, triangular=False), run(Phi, H, "Phi", "H")
     products = {
-        "decentralised": whole.total, "triangular": half.total, "busiest": whole.longest, "decentralised_pattern": own.total
-    }  # fmt: skip
+        "decentralised": whole.total,
+        "triangular": run(full, dense).total,
+        "decentralised_selecting": run(full, one_each, "H").total,
+        "decentralised_pattern": own.total,
+        "busiest": whole.longest,
+    }
     return CountedNodes(products, own.words, own.rounds)
 
 

@@ -31,6 +31,7 @@ FORM_TEXTS = {
     "joseph": "as this config runs it: Joseph's form, a row at a time, dense",
     "decentralised": "{nodes} nodes, all together",
     "triangular": "the same, half of each node's own P",
+    "decentralised_selecting": "the same, rows that read one state each",
     "decentralised_pattern": "the same, zeros of this Phi and H left out",
     "busiest": "busiest of {nodes} processors",
 }
@@ -186,12 +187,14 @@ def _as_measured(measured: Measured) -> str:
 def _on_one(costed: Costed, cut: CutCost) -> str:
     symmetric, textbook = costed.products("symmetric"), costed.products("textbook")
     whole, half = cut.products("decentralised"), cut.products("triangular")
+    one, several = costed.products("selecting"), cut.products("decentralised_selecting")
     own, pattern = cut.products("decentralised_pattern"), costed.products("pattern")
     return (
         f"On one processor it does not pay: {count(whole)} multiplications a step ({count(half)} with half of each node's P) "
-        f"against {count(symmetric)} of a global filter that keeps P symmetric; with zeros left out on both sides {count(own)} "
-        f"against {count(pattern)}. They are {100.0 * whole / textbook:.1f} % of the textbook filter's, but what saves them is "
-        "not the cut: blocks that are kept once, and rows taken one after the other."
+        f"against {count(symmetric)} of a global filter that keeps P symmetric. Like with like: {count(several)} against "
+        f"{count(one)} where rows read one state each, {count(own)} against {count(pattern)} with zeros left out. The "
+        f"{count(whole)} are {100.0 * whole / textbook:.1f} % of the textbook filter's {count(textbook)}, but what saves the "
+        "rest is not the cut: blocks that are kept once, and rows taken one after the other."
     )
 
 

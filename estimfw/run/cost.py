@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from estimfw.analysis.block_cost import cut_of, decentralised_pattern_cost
+from estimfw.analysis.block_cost import cut_of, decentralised_pattern_cost, selecting_rows
 from estimfw.analysis.cost import joseph_cost, predict_cost, ud_cost, update_cost
 from estimfw.analysis.counted_forms import counted_decentralised, counted_global
 from estimfw.analysis.dense_cost import (
@@ -20,7 +20,7 @@ from estimfw.analysis.dense_cost import (
     words_sent,
 )
 from estimfw.analysis.speed_up import Link, SpeedUp, break_even_latency, break_even_states, largest_speed_up, speed_up
-from estimfw.analysis.zero_pattern import UNIT, ZERO, Pattern, constants_of, design_pattern, phi_pattern
+from estimfw.analysis.zero_pattern import OTHER, UNIT, ZERO, Pattern, constants_of, design_pattern, phi_pattern
 from estimfw.config.compose import Problem
 from estimfw.errors import ConfigError
 from estimfw.run.needs_states import refuse_without_states
@@ -226,10 +226,12 @@ def _global_forms(Phi: Pattern, H: Pattern, kernel: str, *, run: bool) -> tuple[
 
 def _cut_cost(Phi: Pattern, H: Pattern, nodes: Nodes, link: Link, *, run: bool) -> CutCost:
     sizes = cut_of(H, nodes.groups, nodes.rows)
-    pattern = (Phi, H, nodes.groups, nodes.rows)
+    pattern, owned = (Phi, H, nodes.groups, nodes.rows), (nodes.groups, nodes.rows)
+    full, one_each = np.full_like(Phi, OTHER), selecting_rows(len(Phi), *owned)
     formulas = {
         "decentralised": decentralised_cost(sizes),
         "triangular": decentralised_cost(sizes, triangular=True),
+        "decentralised_selecting": decentralised_pattern_cost(full, one_each, *owned, triangular=True),
         "decentralised_pattern": decentralised_pattern_cost(*pattern, triangular=True),
         "busiest": busiest_processor_cost(sizes),
     }

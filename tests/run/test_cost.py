@@ -31,6 +31,7 @@ def test_the_published_row_of_ten_states(costed: Costed) -> None:
     cut = costed.cut
     assert cut is not None and costed.selecting
     assert [cut.products(k) for k in ("decentralised", "triangular", "busiest")] == [2162, 1922, 1092]
+    assert cut.products("decentralised_selecting") == 1802  # "with selector rows on both sides it is 1802 against 1800"
     assert cut.words == 89 and cut.products("decentralised") / costed.products("textbook") == pytest.approx(
         0.596, abs=5e-4
     )
