@@ -36,7 +36,8 @@ class RejectedConfig(Settings):
 class DivergenceConfig(Settings):
     """The mean NIS of the last ``epochs`` leaves its chi-square bounds: too large is divergence, too small a hint.
 
-    With a gate an NIS counts for its 99 % quantile at most, so that a few outliers are no divergence.
+    With a gate an NIS counts for its 99 % quantile at most, so that a few outliers are no divergence; what is
+    refused all the time is told as that.
     """
 
     epochs: Annotated[int, Strict(), Field(ge=2, description="the mean is taken over so many epochs")] = 50

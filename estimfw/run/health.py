@@ -28,7 +28,7 @@ from estimfw.config.health import HealthConfig
 from estimfw.data.record import Event
 from estimfw.plan.plan import MeasurementPlan, Plan
 
-__all__ = ["Judges", "degrees", "health_events", "judges_of"]
+__all__ = ["Judges", "degrees", "health_events", "judges_of", "unless_rejected"]
 
 Bools = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
@@ -85,14 +85,23 @@ def health_events(
     judges = judges_of(problem)
     freedom = degrees(problem.plan, innovation) if judges else np.zeros((time.size, 0), dtype=np.int64)
     for j, (m, one) in enumerate(zip(problem.plan.measurements, judges, strict=True)):
+        judged = nis[:, j]
         if one.rejection is not None:
-            yield from _rejections(one.rejection, m.name, time, disposition[:, j])
+            _, degraded, since = one.rejection.advance(time, disposition[:, j])
+            yield from _rejections(m.name, time, disposition[:, j], degraded, since)
+            judged = unless_rejected(judged, degraded)
         if one.nis is not None:
-            yield from _out_of_bounds(one.nis, m.name, time, nis[:, j], freedom[:, j])
+            yield from _out_of_bounds(one.nis, m.name, time, judged, freedom[:, j])
 
 
-def _rejections(judge: RejectionJudge, name: str, time: FloatArray, disposition: IntArray) -> Iterator[Event]:
-    _, degraded, since = judge.advance(time, disposition)
+def unless_rejected(nis: FloatArray, degraded: Bools) -> FloatArray:
+    """The NIS (K,) that say something of the filter's sigmas: one that is refused all the time is another fault."""
+    return np.where(degraded, np.nan, nis)
+
+
+def _rejections(
+    name: str, time: FloatArray, disposition: IntArray, degraded: Bools, since: FloatArray
+) -> Iterator[Event]:
     known = np.flatnonzero(np.isfinite(since) | (disposition == 0))
     for first, last, ended in _stretches(degraded[known]):
         begin, end = float(since[known[first]]), float(time[known[last]])

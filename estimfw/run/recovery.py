@@ -18,7 +18,7 @@ from estimfw.errors import NumericalError
 from estimfw.estimators.scan import ChunkResult, FilterState
 from estimfw.kernels import joseph, ud
 from estimfw.plan.plan import MeasurementPlan, Plan
-from estimfw.run.health import Judges, degrees, judges_of
+from estimfw.run.health import Judges, degrees, judges_of, unless_rejected
 from estimfw.run.prepare import Begun, Prepared
 
 __all__ = ["Act", "Recovery", "acts", "inflated"]
@@ -151,10 +151,12 @@ class Recovery:
         own, made, first, high = slice(0, count), list[Judges](), list[int](), list[int]()
         for j, one in enumerate(self.judges):
             rejection, nis, bad, far = one.rejection, one.nis, np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
+            seen = result.nis[own, j]
             if rejection is not None:
                 rejection, bad, _ = rejection.advance(time[own], result.disposition[own, j])
+                seen = unless_rejected(seen, bad)
             if nis is not None:
-                nis, judged = nis.advance(time[own], result.nis[own, j], freedom[own, j])
+                nis, judged = nis.advance(time[own], seen, freedom[own, j])
                 far = judged.high
             made.append(Judges(rejection, nis))
             first.append(int(np.argmax(bad)) if bad.any() else time.size)

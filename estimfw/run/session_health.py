@@ -12,7 +12,7 @@ from estimfw.config.compose import Problem
 from estimfw.data.record import Event, FloatArray
 from estimfw.estimators.scan import ChunkResult
 from estimfw.kernels.fuse import FUSED, GATED
-from estimfw.run.health import Judges, degrees, judges_of
+from estimfw.run.health import Judges, degrees, judges_of, unless_rejected
 
 __all__ = ["Watched"]
 
@@ -38,14 +38,15 @@ class Watched:
         freedom, now = degrees(problem.plan, result.innovation), np.array([time])
         made, sick, events = list[Judges](), set(self.sick), list[Event]()
         for j, (m, one) in enumerate(zip(problem.plan.measurements, self.judges, strict=True)):
-            rejection, nis = one.rejection, one.nis
+            rejection, nis, seen = one.rejection, one.nis, result.nis[:, j]
             if rejection is not None and result.disposition[0, j] in (FUSED, GATED):
                 rejection, bad, since = rejection.advance(now, result.disposition[:, j])
+                seen = unless_rejected(seen, bad)
                 if _began(sick, (m.name, DEGRADED), bool(bad[0])):
                     text = f"rejected each of the {rejection.count} times it was due since {float(since[0]):.10g} s"
                     events.append(Event(float(since[0]), m.name, DEGRADED, text, rejection.count))
             if nis is not None:
-                nis, judged = nis.advance(now, result.nis[:, j], freedom[:, j])
+                nis, judged = nis.advance(now, seen, freedom[:, j])
                 events += list(_out_of_bounds(sick, m.name, nis, judged))
             made.append(Judges(rejection, nis))
         return Watched(tuple(made), frozenset(sick)), events

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from estimfw import Session, open_filter
+
 Run = Callable[..., Any]
 FloatArray = NDArray[np.float64]
 TIME: FloatArray = np.asarray(0.5 * np.arange(1, 401), dtype=float)
@@ -65,6 +67,7 @@ def test_46_one_that_comes_back_is_told_from_when_until_when(boat: Run) -> None:
     (event,) = events(answer, "health degraded")
     assert (event["time"], event["count"]) == (50.0, 60)
     assert "from 50 s to 79.5 s; fused again at 80 s" in event["text"]
+    assert events(answer, "divergence") == []  # that is the reference, not the filter
     assert answer["cautions"] == []
 
 
@@ -201,3 +204,38 @@ def test_a_decentralised_filter_tells_and_stops_and_does_not_recover(boat: Run) 
     )
     assert event["count"] == 301
     assert boat(fixes(jump=1e5), "{rejected: {then: stop}}", f"estimator={nodes}").code == 6
+
+
+def test_a_session_tells_its_health_as_it_changes(boat: Run, logged: str, folder: Path) -> None:
+    """The same judges, step by step: the same instants as in a run of the whole."""
+    log = fixes(jump=1000.0, begin=50.0, end=80.0)
+    log[260:, 1:] += np.random.default_rng(2).standard_normal((140, 2)) * 12.0
+    answer = answered(boat(log, "{}", "estimator.gate=0.99999"))
+    session = Session(open_filter(folder / "filter.yaml", ["estimator.gate=0.99999"]), periods={"fix": 0.5})
+    for t, x, y in log.tolist():
+        session.measure("fix", t, [x, y])
+        session.advance(t)
+    for kind in ("health degraded", "divergence", "too cautious"):
+        assert [e.time for e in session.events if e.kind == kind] == [e["time"] for e in events(answer, kind)]
+    assert len([e for e in session.events if e.kind == "divergence"]) > 0
+
+
+@pytest.mark.parametrize("then", ["inflate", "restart"])
+@pytest.mark.parametrize("covariance", ["ud", "joseph"])
+def test_a_session_recovers_where_a_run_of_the_whole_does(
+    boat: Run, logged: str, folder: Path, then: str, covariance: str
+) -> None:
+    """A run finds out after a stretch and goes back, a session after each step: the same estimates, several recoveries on."""
+    log = fixes(jump=700.0, begin=50.0, end=150.0)
+    answer = answered(boat(log, f"{{rejected: {{then: {then}}}}}", f"estimator.covariance={covariance}"))
+    assert len(events(answer, "recovery")) > 3
+    problem = open_filter(folder / "filter.yaml", [f"estimator.covariance={covariance}"])
+    session = Session(problem, periods={"fix": 0.5})
+    for t, x, y in log.tolist():
+        session.measure("fix", t, [x, y])
+        session.advance(t)
+    assert session.estimate is not None
+    assert [e.time for e in session.events if e.kind == "recovery"] == [e["time"] for e in events(answer, "recovery")]
+    for label, (value, sigma) in session.estimate.states.items():
+        assert value == pytest.approx(answer["states"][label]["value"], rel=1e-11)
+        assert sigma == pytest.approx(answer["states"][label]["sigma"], rel=1e-11)
