@@ -95,8 +95,11 @@ def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
     value, smoothed, spreads = one.value, one.smoothed, [3 * sigma for sigma in (one.sigma, one.honest)]
     around = [edge for spread in spreads for edge in (value - spread, value + spread)]
     around += [smoothed - 3 * one.smoothed_sigma, smoothed + 3 * one.smoothed_sigma]
-    time, (value, truth, smoothed, *edges) = thinned(time, (value, one.truth, smoothed, *around), limit)
+    columns = (value, one.truth, smoothed, one.recorded, *around)
+    time, (value, truth, smoothed, recorded, *edges) = thinned(time, columns, limit)
     curves = [Curve("estimate", time, value, ROLES["value"])]
+    if np.isfinite(recorded).any():
+        curves.append(Curve("recorded", time, recorded, ROLES["recorded"], "dotted"))
     if np.isfinite(smoothed).any():
         curves.append(Curve("smoothed", time, smoothed, ROLES["smoothed"]))
     if np.isfinite(truth).any():
@@ -111,13 +114,14 @@ def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
 
 
 def _error_panel(one: Series, time: FloatArray, limit: int) -> Panel:
-    around = [sign * 3 * sigma for sigma in (one.sigma, one.honest, one.smoothed_sigma) for sign in (-1, 1)]
-    time, (error, smoothed, *edges) = thinned(time, (one.error, one.smoothed_error, *around), limit)
+    told = one.in_error_unit
+    around = [sign * 3 * sigma * told for sigma in (one.sigma, one.honest, one.smoothed_sigma) for sign in (-1, 1)]
+    time, (error, smoothed, *edges) = thinned(time, (one.error * told, one.smoothed_error * told, *around), limit)
     curves = [Curve("estimate − truth", time, error, ROLES["value"])]
     if np.isfinite(smoothed).any():
         curves.append(Curve("smoothed − truth", time, smoothed, ROLES["smoothed"]))
     view = focused((time, error), *((time, edge) for edge in edges))
-    return Panel(one.label, one.unit, tuple(curves), _bands(time, edges), view=view)
+    return Panel(one.label, one.error_unit, tuple(curves), _bands(time, edges), view=view)
 
 
 def _bands(time: FloatArray, edges: Sequence[FloatArray]) -> tuple[Band, ...]:

@@ -21,8 +21,9 @@ ARCMIN = 60 * 180 / math.pi
 class Headline:
     """One output at the end as text: ``yaw``, ``179.982``, ``0.061``, ``deg``.
 
-    ``sigma`` is the honest one where the model was reduced, ``fine`` the same in arcmin for an angle, else empty; ``error`` says
-    how far it is from the truth, where that is known; ``trusted`` is False where the truth lies outside of 3 sigma.
+    ``sigma`` is the honest one where the model was reduced, ``fine`` the same in the unit of its errors (m of a latitude) or in
+    arcmin for an angle, else empty; ``error`` says how far it is from the truth, where that is known; ``trusted`` is False where
+    the truth lies outside of 3 sigma.
     """
 
     name: str
@@ -55,18 +56,27 @@ def _headline(end: EndValue) -> Headline:
     value, _, error = end.display()
     sigma = end.trusted * end.display_scale
     shown, spread = plus_minus(value, sigma)
-    is_angle = end.unit == "rad"
+    fine_unit, fine_scale = _fine(end)
     unit = {"deg": "°"}.get(end.display_unit, f" {end.display_unit}")
     known = math.isfinite(end.error)
     error_text = f"{plus_minus(error, sigma)[0]}{unit}" if known else ""
-    if known and is_angle:
-        error_text += f" ({significant(end.error * ARCMIN, 2)}′)"
+    if known and fine_unit:
+        error_text += f" ({significant(end.error * fine_scale, 2)}{fine_unit})"
     return Headline(
         name=end.label.removeprefix("attitude."),
         value=shown,
         sigma=spread,
         unit=unit,
-        fine=f"{significant(end.trusted * ARCMIN, 2)}′" if is_angle and math.isfinite(end.trusted) else "",
+        fine=f"{significant(end.trusted * fine_scale, 2)}{fine_unit}"
+        if fine_unit and math.isfinite(end.trusted)
+        else "",
         error=error_text,
         trusted=not abs(error) > 3 * sigma,
     )
+
+
+def _fine(end: EndValue) -> tuple[str, float]:
+    """The unit in which small errors are told too, and the factor from SI to it; no unit where there is none."""
+    if end.error_unit:
+        return f" {end.error_unit}", end.error_scale
+    return ("′", ARCMIN) if end.unit == "rad" else ("", 1.0)

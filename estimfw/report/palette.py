@@ -40,6 +40,7 @@ ROLES = {
     "truth": INK,
     "mean": SERIES[1],
     "smoothed": SERIES[1],
+    "recorded": SERIES[3],
     "bound": SERIES[2],
     "bound_outer": SERIES[3],
     "fused": SERIES[0],

@@ -23,10 +23,10 @@ Axis = Literal["output", "state"]
 VARIABLES: dict[Axis, tuple[str, ...]] = {
     "output": (
         "output_value", "output_sigma", "output_truth", "output_error", "output_honest_sigma",
-        "smoothed_output", "smoothed_output_sigma", "smoothed_output_error",
+        "smoothed_output", "smoothed_output_sigma", "smoothed_output_error", "output_recorded",
     ),
     "state": (
-        "estimate", "sigma", "truth", "error", "honest_sigma", "smoothed", "smoothed_sigma", "smoothed_error",
+        "estimate", "sigma", "truth", "error", "honest_sigma", "smoothed", "smoothed_sigma", "smoothed_error", "",
     ),
 }
 # fmt: on
@@ -103,6 +103,30 @@ class Series:
         """Smoothed value minus truth."""
         raw = self._raw(7)
         return (wrapped(raw) if self._is_angle else raw) * self._scale
+
+    @property
+    def recorded(self) -> FloatArray:
+        """What a device recorded before any correction, beside the estimated values."""
+        raw = self._raw(8)
+        return (beside(raw, self._value()) if self._is_angle else raw) * self._scale
+
+    @property
+    def error_unit(self) -> str:
+        """The unit in which errors are told: m of a latitude, else the display unit."""
+        return self._error_unit or self.unit
+
+    @property
+    def in_error_unit(self) -> FloatArray:
+        """The factor (N,) from the display unit to ``error_unit``."""
+        if not self._error_unit:
+            return np.ones(self.dataset.sizes["time"])
+        return np.asarray(self.dataset["output_error_scale"].to_numpy()[:, self.column] / self._scale)
+
+    @property
+    def _error_unit(self) -> str:
+        if self.axis == "state" or "output_error_unit" not in self.dataset:
+            return ""
+        return str(self.dataset["output_error_unit"].to_numpy()[self.column])
 
     def _value(self) -> FloatArray:
         raw = self._raw(0)

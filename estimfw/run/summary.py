@@ -39,7 +39,8 @@ class EndValue:
 
     ``value``, ``sigma``, ``honest`` (the sigma on the truth model, of a reduced model only) and ``error`` (value minus truth) are
     in the SI ``unit``, NaN where unknown; times ``display_scale`` they are in ``display_unit``. ``time`` (s) is that of the last
-    row with a value. ``meaning`` says what it stands for, where that is not what its label says; else it is empty.
+    row with a value. ``meaning`` says what it stands for, where that is not what its label says; else it is empty. Errors are
+    told in ``error_unit`` (m of a latitude), which is ``error_scale`` times SI, where that is not empty.
     """
 
     label: str
@@ -52,6 +53,8 @@ class EndValue:
     display_unit: str
     display_scale: float
     meaning: str = ""
+    error_unit: str = ""
+    error_scale: float = 1.0
 
     @property
     def trusted(self) -> float:
@@ -184,7 +187,15 @@ def _end_values(dataset: xr.Dataset, axis: str, value: str, sigma: str, honest: 
             display_unit=str(dataset[f"{axis}_display_unit"].to_numpy()[column]),
             display_scale=float(dataset[f"{axis}_display_scale"].to_numpy()[column]),
             meaning=meaning_of(dataset, axis, column),
+            **(_error_unit(dataset, row, column) if axis == "output" else {}),
         )
+
+
+def _error_unit(dataset: xr.Dataset, row: int, column: int) -> dict[str, Any]:
+    if "output_error_unit" not in dataset:
+        return {}
+    unit = str(dataset["output_error_unit"].to_numpy()[column])
+    return {"error_unit": unit, "error_scale": _at(dataset["output_error_scale"].to_numpy(), row, column)}
 
 
 def _at(values: FloatArray, row: int, column: int) -> float:

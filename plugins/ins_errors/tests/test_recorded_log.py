@@ -148,3 +148,24 @@ def test_what_is_wrong_with_a_log_is_told(run: Callable[..., Told]) -> None:
     assert unit.code == 3 and "not in rad" in unit.err
     nowhere = run("--json", "--set", "source.streams.velocity.file=nowhere.csv")
     assert nowhere.code == 5 and "nowhere.csv" in nowhere.err
+
+
+def test_a_smoother_brings_the_smoothed_trajectory_beside_the_corrected_one(run: Callable[..., Told]) -> None:
+    short = [f"source.streams.{name}.stop=600 s" for name in ("ins", "velocity", "heading")]
+    smoother = "estimator.smoother={kind: fixed_interval}"
+    settings = [word for one in (*short, smoother, "estimator.kernel=numpy") for word in ("--set", one)]
+    done = run(*settings, "-o", "smooth", "--npz")
+    assert done.code == 0 and "rms smoothed" in done.out
+    table = pd.read_csv("smooth/corrected.csv")
+    with np.load("smooth/corrected.npz") as archive:
+        smoothed, filtered = archive["heading.corrected_smoothed"], archive["heading.corrected"]
+        assert np.all(archive["heading.corrected_smoothed_sigma"] <= archive["heading.corrected_sigma"] * (1.0 + 1e-12))
+    np.testing.assert_allclose(table["heading.corrected smoothed [deg]"], np.degrees(smoothed), rtol=1e-11)
+    assert smoothed[-1] == pytest.approx(filtered[-1], rel=1e-12) and abs(smoothed[0] - filtered[0]) > 1e-6
+    heading = json.loads(run(*settings, "--json").out)["corrections"]["heading.corrected"]
+    assert heading["error_smoothed"]["rms"] < heading["error_after"]["rms"]
+
+
+def test_position_errors_are_told_in_metres_at_the_terminal(run: Callable[..., Told]) -> None:
+    line = next(one for one in run("-o", "told").out.splitlines() if one.startswith("  latitude.corrected"))
+    assert line.count(" m)") == 2 and "′" not in line
