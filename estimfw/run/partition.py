@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from estimfw.analysis.coupling import coupling
 from estimfw.analysis.dense_cost import balanced_sizes
 from estimfw.analysis.partition import Cut, best_cut, correlation, seeds_of
-from estimfw.analysis.suboptimal import priced
+from estimfw.analysis.suboptimal import LinearStep, priced
 from estimfw.analysis.zero_pattern import constants_of, design_pattern, read_states
 from estimfw.config.compose import Problem
 from estimfw.errors import ConfigError, UsageError
@@ -157,11 +157,12 @@ def partition_filter(
     rho = correlation(P)
     since, change, changed = _change(done, rho)
     unpriced = kept.lost if price else "--no-price"
+    price_of = _Pricing(kept, progress)
 
     def by(measure: str, weights: FloatArray) -> PartitionBy:
         cut = best_cut(weights, wanted, seeds)
         owners = [next((g for g, own in enumerate(cut.groups) if set(read) & set(own)), 0) for read in reads]
-        prices = () if unpriced else tuple(_price(form, kept, cut.groups, owners) for form in FORMS)
+        prices = () if unpriced else price_of(cut.groups, owners)
         return PartitionBy(measure, weights, cut, owned_nodes(problem.model, labels, cut.groups, owners), prices)
 
     sigma = np.sqrt(np.maximum(np.diag(P), 0.0))
@@ -182,9 +183,30 @@ def partition_filter(
     )
 
 
-def _price(form: Form, kept: KeptSteps, groups: Groups, owners: Sequence[int]) -> Price:
-    with threadpool_limits(1, user_api="blas"):  # matrices are small: threads only wait for each other
-        return Price(form, priced(form, groups, kept.steps, kept.prior_mean, kept.prior, owners).ratio[-1])
+class _Pricing:
+    """Prices of groups, each once, however many measures find them."""
+
+    def __init__(self, kept: KeptSteps, progress: Progress | None) -> None:
+        self.kept, self.progress = kept, progress
+        self.known: dict[Groups, tuple[Price, ...]] = {}
+
+    def __call__(self, groups: Groups, owners: Sequence[int]) -> tuple[Price, ...]:
+        if groups not in self.known:
+            self.known[groups] = tuple(self._price(form, groups, owners) for form in FORMS)
+        return self.known[groups]
+
+    def _price(self, form: Form, groups: Groups, owners: Sequence[int]) -> Price:
+        kept = self.kept
+        with threadpool_limits(1, user_api="blas"):  # matrices are small: threads only wait for each other
+            found = priced(form, groups, self._steps(), kept.prior_mean, kept.prior, owners)
+        return Price(form, found.ratio[-1])
+
+    def _steps(self) -> Iterator[LinearStep]:
+        """The steps, with a sign of life at each."""
+        for k, step in enumerate(self.kept.steps, start=1):
+            yield step
+            if self.progress is not None:
+                self.progress(k, len(self.kept.steps))
 
 
 def _sizes(problem: Problem, into: int, sizes: Sequence[int]) -> tuple[int, ...]:
