@@ -1,4 +1,4 @@
-"""Run a prepared filter over its record, chunk by chunk, and collect the result."""
+"""Run a prepared filter over its record, chunk by chunk."""
 
 from __future__ import annotations
 
@@ -20,17 +20,12 @@ from estimfw.estimators.scan import Chunk, ChunkResult, FilterState, refuse_lost
 from estimfw.estimators.stretch import Stretch, Watcher
 from estimfw.plan.plan import Plan
 from estimfw.plan.stages import stage_of_steps
-from estimfw.run.exchanged import answered, silence_events
-from estimfw.run.flags import disposition_events, lost_members, with_late
-from estimfw.run.health import health_events
-from estimfw.run.honest import Honest, HonestSigma, of_reported
+from estimfw.run.collected import Collected, Piece, Timing, collected, piece
+from estimfw.run.honest import HonestSigma, of_reported
 from estimfw.run.load import load_record
-from estimfw.run.outages import outage_events
-from estimfw.run.outputs import output_truth, output_values, state_truth, truth_at, wrapped
 from estimfw.run.prepare import Prepared, make_chunk, prepare
-from estimfw.run.recorded import AsRecorded, as_recorded
 from estimfw.run.recovery import Recovery, acts
-from estimfw.run.smoothing import Smoothed, chosen_smoothing
+from estimfw.run.smoothing import chosen_smoothing
 from estimfw.run.staging import StagedFilter
 
 __all__ = ["Collected", "Timing", "run_problem"]
@@ -45,55 +40,6 @@ SHORT_CHUNK = 64
 CHUNK_NUMBERS = 1 << 23
 #: For a smoother there are so many matrices a step instead of one.
 MOVES = 8
-
-
-@dataclass(frozen=True, slots=True)
-class Timing:
-    """Wall times in s: reading (or simulating) the record, preparing, provider and filter together, and the smoother."""
-
-    load: float
-    prepare: float
-    filter: float
-    smooth: float = 0.0
-
-
-@dataclass(frozen=True)
-class Collected:
-    """Everything along the run, as arrays over the steps; `estimfw.run.dataset` labels it."""
-
-    prepared: Prepared
-    estimate: FloatArray
-    sigma: FloatArray
-    covariance_index: NDArray[np.int64]
-    covariance: FloatArray
-    innovation: FloatArray
-    innovation_sigma: FloatArray
-    nis: FloatArray
-    disposition: NDArray[np.int64]
-    used: NDArray[np.int64]
-    output: FloatArray
-    output_sigma: FloatArray
-    truth: FloatArray | None
-    output_truth: FloatArray | None
-    output_error: FloatArray | None
-    events: tuple[Event, ...]
-    timing: Timing
-    honest: Honest | None = None
-    bank: Judged | None = None
-    smoothed: Smoothed | None = None
-    recorded: AsRecorded | None = None
-
-    @property
-    def smoothed_output_error(self) -> FloatArray | None:
-        """Smoothed outputs minus truth; None where one of them is not known."""
-        if self.smoothed is None or self.output_truth is None:
-            return None
-        return _output_error(self.prepared, self.smoothed.output, self.output_truth)
-
-    @property
-    def final(self) -> Prepared:
-        """The filter that is reported at the end."""
-        return self.prepared.members[int(self.bank.best[-1]) if self.bank is not None else 0]
 
 
 def run_problem(
@@ -129,45 +75,25 @@ def run_problem(
     members = prepared.members
     honest = [HonestSigma(one, problem.truth, wanted) for one in members] if problem.truth is not None else []
     smoothing = chosen_smoothing(prepared, wanted)
-    watchers: list[list[Watcher]] = [
-        [
-            *(watch(one) if watch is not None else ()),
-            *honest[i : i + 1],
-            *([smoothing] if smoothing is not None else []),
-        ]
-        for i, one in enumerate(members)
-    ]
+    watchers: list[list[Watcher]] = [list(watch(one)) if watch is not None else [] for one in members]
+    for i, seeing in enumerate(watchers):
+        seeing += honest[i : i + 1]
+        seeing += [smoothing] if smoothing is not None else []
     with threadpool_limits(1, user_api="blas"):  # matrices are small: threads only wait for each other
         pieces, filtering, recovered = _scan(prepared, progress, wanted, watchers)
         smoothed = smoothing.smoothed() if smoothing is not None else None
     timing = Timing(loaded - begin, ready - loaded, filtering, smoothed.seconds if smoothed is not None else 0.0)
-    done = replace(_collect(prepared, pieces, wanted, timing, recovered), smoothed=smoothed)
-    if not honest:
-        return done
-    best = np.concatenate([p.best for p in pieces])
+    done = replace(collected(prepared, pieces, wanted, timing, recovered), smoothed=smoothed)
+    return _with_honest(done, honest, np.concatenate([p.best for p in pieces])) if honest else done
+
+
+def _with_honest(done: Collected, honest: Sequence[HonestSigma], best: NDArray[np.int64]) -> Collected:
+    """With the honest sigmas of the reported members, ``best`` (K,), or why there are none."""
     final = honest[int(best[-1])]
     if final.lost:
         told = Event(float("nan"), "truth model", "no honest sigma", final.lost)
         return replace(done, events=(*done.events, told))
-    return replace(done, honest=of_reported(honest, best, wanted))
-
-
-@dataclass(frozen=True, slots=True)
-class _Piece:
-    """One chunk after the filter: what is kept of it. ``result`` is without its covariances and rows, which fill the memory.
-
-    ``score`` (K, members) and ``best`` (K,) are those of a bank; of a plain filter zero.
-    """
-
-    result: ChunkResult
-    score: FloatArray
-    best: NDArray[np.int64]
-    sigma: FloatArray
-    output: FloatArray
-    output_sigma: FloatArray
-    truth: FloatArray | None
-    output_truth: FloatArray | None
-    covariance: FloatArray
+    return replace(done, honest=of_reported(honest, best, done.covariance_index))
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,12 +109,12 @@ class _Ran:
 
 def _scan(
     prepared: Prepared, progress: Progress | None, wanted: NDArray[np.int64], watchers: Sequence[Sequence[Watcher]]
-) -> tuple[list[_Piece], float, tuple[Event, ...]]:
+) -> tuple[list[Piece], float, tuple[Event, ...]]:
     """Chunk by chunk, all members over each; ``watchers`` are those of each member.
 
     Where the health of the run asks for something, a chunk ends at the step at which it is due; and none goes beyond a stage.
     """
-    steps, members, pieces, spent = prepared.steps, prepared.members, list[_Piece](), 0.0
+    steps, members, pieces, spent = prepared.steps, prepared.members, list[Piece](), 0.0
     kept = MOVES if prepared.problem.estimator.smoother is not None else 1
     longest = length = chunk_length(len(prepared.plan.states), kept * len(members))
     states, covariances = [one.state for one in members], [one.prior[1] for one in members]
@@ -211,7 +137,7 @@ def _scan(
         refuse_lost(prepared.plan, ran.result, first, own_time)
         score = ran.judged.score[-1]
         with _told_when(first, last, steps.time):
-            pieces.append(_piece(prepared, ran.result, ran.judged, first, last, wanted))
+            pieces.append(piece(prepared, ran.result, ran.judged, first, last, wanted))
             for i in np.flatnonzero(np.isfinite(score)).tolist():
                 stretch = _stretch(
                     members[i], filters[i].plan, chunk, ran.results[i], states[i], covariances[i], own_time
@@ -301,82 +227,3 @@ def chunk_length(states: int, members: int = 1) -> int:
 def covariance_steps(count: int, samples: int) -> NDArray[np.int64]:
     """Steps at which the whole covariance is kept: evenly spread, the last one always."""
     return np.unique(np.linspace(0, count - 1, min(count, samples)).round().astype(np.int64))
-
-
-def _piece(
-    prepared: Prepared, result: ChunkResult, judged: Judged, first: int, last: int, wanted: NDArray[np.int64]
-) -> _Piece:
-    problem = prepared.problem
-    rows = problem.plan.layout.complete(result.rows)
-    values = [output_values(problem, o, j, result, rows) for o, j in problem.plan.outputs]
-    empty = np.zeros((last - first, 0))
-    truth = truth_at(prepared.record.truth, prepared.steps.time[first:last])
-    true_outputs = None
-    if truth is not None:
-        parts = [output_truth(o, truth, last - first) for o, _ in problem.plan.outputs]
-        true_outputs = np.concatenate(parts, axis=1) if parts else empty
-    inside = wanted[(wanted >= first) & (wanted < last)] - first
-    return _Piece(
-        result=replace(
-            result, covariance=np.zeros((0, 0, 0)), rows=np.zeros((0, 0)), provider=np.zeros((0, 0)), moves=None
-        ),
-        score=judged.score,
-        best=judged.best,
-        sigma=np.sqrt(np.maximum(np.einsum("kii->ki", result.covariance), 0.0)),
-        output=np.concatenate([v for v, _ in values], axis=1) if values else empty,
-        output_sigma=np.concatenate([s for _, s in values], axis=1) if values else empty,
-        truth=state_truth(problem, rows, truth) if truth is not None else None,
-        output_truth=true_outputs,
-        covariance=result.covariance[inside],
-    )
-
-
-def _collect(
-    prepared: Prepared, pieces: list[_Piece], wanted: NDArray[np.int64], timing: Timing, recovered: tuple[Event, ...]
-) -> Collected:
-    def joined(name: str) -> FloatArray:
-        return np.concatenate([getattr(p.result, name) for p in pieces])
-
-    def kept(name: str) -> FloatArray:
-        return np.concatenate([getattr(p, name) for p in pieces])
-
-    known = pieces[0].truth is not None
-    output, output_truth = kept("output"), kept("output_truth") if known else None
-    error = _output_error(prepared, output, output_truth) if output_truth is not None else None
-    disposition, used = with_late(prepared, joined("disposition").astype(np.int64)), joined("used").astype(np.int64)
-    bank = Judged(kept("score"), kept("best").astype(np.int64)) if prepared.problem.kind == "bank" else None
-    return Collected(
-        prepared=prepared,
-        estimate=joined("estimate"),
-        sigma=kept("sigma"),
-        covariance_index=wanted,
-        covariance=kept("covariance"),
-        innovation=joined("innovation"),
-        innovation_sigma=joined("sigma"),
-        nis=joined("nis"),
-        disposition=disposition,
-        used=used,
-        output=output,
-        output_sigma=kept("output_sigma"),
-        truth=kept("truth") if known else None,
-        output_truth=output_truth,
-        output_error=error,
-        events=(
-            *prepared.events,
-            *silence_events(prepared),
-            *disposition_events(prepared, answered(prepared, disposition), used, joined("nis")),
-            *outage_events(prepared, disposition),
-            *health_events(prepared.problem, prepared.steps.time, disposition, joined("nis"), joined("innovation")),
-            *recovered,
-            *(lost_members(prepared, bank.score) if bank is not None else ()),
-        ),
-        timing=timing,
-        bank=bank,
-        recorded=as_recorded(prepared),
-    )
-
-
-def _output_error(prepared: Prepared, output: FloatArray, truth: FloatArray) -> FloatArray:
-    periods = [o.period for o, _ in prepared.plan.outputs for _ in o.components]
-    columns = [wrapped(output[:, i] - truth[:, i], p) for i, p in enumerate(periods)]
-    return np.stack(columns, axis=1) if columns else np.zeros_like(output)
