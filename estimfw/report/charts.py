@@ -109,7 +109,7 @@ def _value_panel(one: Series, time: FloatArray, limit: int) -> Panel:
         one.unit,
         tuple(curves),
         _bands(time, edges),
-        view=focused((time, value), *((time, edge) for edge in edges), (time, truth)),
+        view=focused((time, value), *((time, edge) for edge in edges), (time, truth), (time, recorded)),
     )
 
 
