@@ -13,7 +13,7 @@ from estimfw.estimators.decentralised.ledger import Ledger
 from estimfw.estimators.decentralised.scan import DecentralisedScan
 from estimfw.run.prepare import Prepared
 
-__all__ = ["answered", "exchange_json", "silence_events"]
+__all__ = ["answered", "exchange_json", "silence_events", "silences_begun"]
 
 IntArray = NDArray[np.int64]
 
@@ -34,6 +34,16 @@ def silence_events(prepared: Prepared) -> Iterator[Event]:
             f"its measurements are missing, {deputies} carried its states on"
         )
         yield Event(absence.first, f"node {ledger.names[absence.node]}", "node silent", text, absence.steps)
+
+
+def silences_begun(scan: object, time: float) -> Iterator[Event]:
+    """One for each node that did not answer for the first time at the step that ends at this time, s."""
+    if isinstance(scan, DecentralisedScan):
+        ledger = scan.exchange.ledger
+        for absence in ledger.absences:
+            if absence.first == time:
+                text = "does not answer: its measurements are missing, the others carry its states on"
+                yield Event(time, f"node {ledger.names[absence.node]}", "node silent", text)
 
 
 def answered(prepared: Prepared, disposition: IntArray) -> IntArray:

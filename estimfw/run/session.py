@@ -24,6 +24,7 @@ from estimfw.estimators.stretch import Stretch
 from estimfw.kernels.fuse import LATE, MEANINGS
 from estimfw.model.nominal import InitialNominal, changing_at
 from estimfw.plan.stages import stage_of_steps
+from estimfw.run.exchanged import silences_begun
 from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.outputs import output_values
@@ -366,6 +367,7 @@ class Session:
         judged = judge(self._plan, results, self._score, scored=self.problem.kind == "bank")
         self._score, result = judged.score[-1], reported(results, judged.best)
         refuse_lost(self._plan, result, self._steps, np.array([time]))
+        self.events += silences_begun(self._filters[0].scan, time)
         self.time, self._steps = time, self._steps + 1
         smoothed = self._smoother.step(self._stretch(chunk, result, begun)) if self._smoother is not None else ()
         self._last = self._estimate(result, int(judged.best[0]), smoothed)

@@ -78,7 +78,7 @@ STATES = [
 ]  # fmt: skip
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     owners=st.lists(st.integers(0, 4), min_size=10, max_size=10), rows=st.tuples(st.integers(0, 4), st.integers(0, 4))
 )
@@ -276,3 +276,4 @@ def test_a_session_says_what_the_run_says(alignment: Alignment, nodes: Nodes) ->
         values = np.array([v for v, _ in estimate.states.values()])
         assert np.abs((values - run.estimate[k]) / run.sigma[k]).max() < 1e-12
         assert estimate.dispositions["zero_velocity@n1"] == ("missing" if 10.0 <= time < 15.0 else "fused")
+    assert [(e.time, e.source, e.kind) for e in session.events] == [(10.0, "node n1", "node silent")]

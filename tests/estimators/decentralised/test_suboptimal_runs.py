@@ -44,9 +44,9 @@ def groups(problem: Problem) -> list[tuple[int, ...]]:
 
 @pytest.mark.parametrize("form", ["drop", "decoupled"])
 def test_own_and_true_sigma_of_a_run_are_the_analysed_ones(alignment: Alignment, nodes: Nodes, form: Form) -> None:
-    problem = alignment({"kind": "decentralised", "nodes": nodes(AXES), "cross_covariance": form}, 300)
+    problem = alignment({"kind": "decentralised", "nodes": nodes(AXES), "cross_covariance": form}, 150)
     run = run_problem(problem)
-    wanted = priced(form, groups(problem), *steps_of(alignment({"kind": "kalman"}, 300)))
+    wanted = priced(form, groups(problem), *steps_of(alignment({"kind": "kalman"}, 150)))
     assert run.honest is not None
     np.testing.assert_allclose(run.sigma, wanted.own, rtol=1e-6)
     np.testing.assert_allclose(run.honest.sigma, wanted.true, rtol=1e-6)
