@@ -148,7 +148,7 @@ def _begun(
             hint="let the start be found in a stretch of a given length",
         )
     plan, bound, count = problem.plan, prepared.bound, len(draws)
-    whole = _together(starts)
+    whole = replace(_together(starts), time=prepared.steps.start)
     if bound is not None:
         rows = np.broadcast_to(bound.initial_row(whole), (count, plan.layout.provided))
         providers = np.broadcast_to(bound.initial_state(whole), (count, bound.n_state))

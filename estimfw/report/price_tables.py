@@ -47,13 +47,23 @@ def _price_row(one: Priced, first: Priced) -> tuple[Cell, ...]:
         Cell(count(cost.as_run)),
         Cell(significant(1e6 * one.time.seconds, 3)),
         Cell(significant(one.time.ratio, 3)),
-        Cell("yes" if one.time_invariant else "no", "good" if one.time_invariant else "warn"),
+        Cell(_invariance(one), "good" if one.in_segments else "warn"),
     )
+
+
+def _invariance(one: Priced) -> str:
+    if one.time_invariant:
+        return "yes"
+    return "in segments" if one.in_segments else "no"
+
+
+def _variance(one: Priced) -> str:
+    return "time-invariant in segments" if one.in_segments else "not time-invariant"
 
 
 def price_notes(comparison: Comparison) -> list[str]:
     """Why filters are not time-invariant, and what is not counted."""
-    told = [f"{one.name}: not time-invariant: {one.reason}" for one in comparison.filters if not one.time_invariant]
+    told = [f"{one.name}: {_variance(one)}: {one.reason}" for one in comparison.filters if not one.time_invariant]
     kernels = {one.time.kernel for one in comparison.filters}
     if len(kernels) > 1:
         ran = ", ".join(f"{one.name} {one.time.kernel}" for one in comparison.filters)

@@ -35,8 +35,8 @@ class Priced:
     """What a filter costs.
 
     ``cost`` is that of one of the ``members`` of a bank, ``time`` that of all. ``reason`` says why it is (not)
-    time-invariant; ``policies`` are (name, kind) of what made it. ``work`` has the multiplications of each form of a filter
-    with nodes.
+    time-invariant, ``in_segments`` that it is so between a few instants at least; ``policies`` are (name, kind) of what made it.
+    ``work`` has the multiplications of each form of a filter with nodes.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Priced:
     cost: StepCost
     time: StepTime
     time_invariant: bool
+    in_segments: bool
     reason: str
     members: int
     policies: tuple[tuple[str, str], ...]
@@ -141,6 +142,7 @@ def _priced(contenders: Sequence[Contender], runs: Sequence[Collected], repeats:
             cost=_cost(problem),
             time=time,
             time_invariant=problem.plan.time_invariant,
+            in_segments=all(change == "stepped" for _, _, change in problem.plan.varying),
             reason=problem.plan.reason,
             members=len(done.prepared.members),
             policies=tuple((c.policy, c.kind) for c in problem.changes),

@@ -181,3 +181,15 @@ def test_explain_tells_the_segments(composed: Composed, tmp_path: Path) -> None:
     )
     assert [s["from"] for s in explain_json(problem)["segments"]] == [None, 4.5, 8.0]
     assert len(segments_of(composed("nominal.steps=[{values: {rate: -0.1, pull: 1.0}}]"))) == 1
+
+
+def test_a_target_that_turns_at_known_times(example: Callable[..., Problem]) -> None:
+    """The example: told of the turn, the filter is consistent; the one that is not told is far off."""
+    problem = example("tracker_turns")
+    assert segments_text(segments_of(problem)).startswith("3 segments, 2 sets of matrices")
+    done = run_problem(problem)
+    assert 80.25 in done.prepared.steps.time and done.truth is not None
+    assert np.all(np.abs(done.estimate - done.truth) < 4.5 * done.sigma)
+    blind = example("tracker_turns", "nominal.steps=[{values: {turn: [[0, 0], [0, 0]]}}]")
+    lost = run_problem(blind, record=done.prepared.record)
+    assert np.nanmean(done.nis) < 3.0 and np.nanmean(lost.nis) > 10.0
