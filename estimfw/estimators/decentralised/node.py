@@ -87,9 +87,8 @@ class Node:
         mine = routes[self.index]
         M = self._projection(stage, held, mine)
         message = Message({"projection": M[mine.sends]})
-        if not any(
-            r.reads for i, r in enumerate(routes) if i != stage.owner
-        ):  # the owner has all that its S is made of
+        local = not any(r.reads for i, r in enumerate(routes) if i != stage.owner)
+        if local:  # the owner has all that its S is made of: one round
             if y is not None:
                 message = self._told(stage, y, y - self._reading(stage, held), M, wanted, judged, message.words)
             mailbox = yield message
@@ -156,10 +155,8 @@ class Node:
 
     def _read_blocks(self, stage: Stage) -> NDArray[np.int64]:
         """The states of the nodes that a measurement reads."""
-        routes = self._routes_of(stage)
-        return np.concatenate(
-            [s.states for s, r in zip(self.shares, routes, strict=True) if r.reads] or [self.share.states]
-        )
+        read = [s.states for s, r in zip(self.shares, self._routes_of(stage), strict=True) if r.reads]
+        return np.concatenate(read or [self.share.states])
 
     def _masked(self, values: FloatArray, usable: BoolArray) -> FloatArray:
         if np.all(usable):

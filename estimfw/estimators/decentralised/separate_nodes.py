@@ -41,10 +41,7 @@ class SeparateNode:
 
     def program(self, snapshot: Snapshot, work: Work, readings: Readings) -> Program:
         """One step."""
-        (x, P), judged = self._predicted(snapshot, work), dict[int, Judgement]()
-        for stage in work.stages:
-            if stage.owner == self.index:
-                x, P, judged[stage.place] = self._updated(x, P, stage, readings[stage.place])
+        x, P, judged = self._alone(snapshot, work, readings)
         mailbox = yield Message({"state": x, "covariance": P[self.shares[self.index].upper]})
         known = self.arithmetic.zeros(snapshot.x.shape), self.arithmetic.zeros(snapshot.P.shape)
         for share, message in zip(self.shares, mailbox, strict=True):
@@ -53,6 +50,16 @@ class SeparateNode:
             known[1][rows, columns] = message.words["covariance"]
             known[1][columns, rows] = message.words["covariance"]
         return Done(Snapshot(*known), judged)
+
+    def _alone(
+        self, snapshot: Snapshot, work: Work, readings: Readings
+    ) -> tuple[FloatArray, FloatArray, dict[int, Judgement]]:
+        """x_i and P_ii predicted and corrected by its own measurements, and what became of these."""
+        (x, P), judged = self._predicted(snapshot, work), dict[int, Judgement]()
+        for stage in work.stages:
+            if stage.owner == self.index:
+                x, P, judged[stage.place] = self._updated(x, P, stage, readings[stage.place])
+        return x, P, judged
 
     def _predicted(self, snapshot: Snapshot, work: Work) -> tuple[FloatArray, FloatArray]:
         own = np.ix_(self.states, self.states)
@@ -86,10 +93,7 @@ class LonelyNode(SeparateNode):
 
     def program(self, snapshot: Snapshot, work: Work, readings: Readings) -> Program:
         """One step, without any round."""
-        (x, P), judged = self._predicted(snapshot, work), dict[int, Judgement]()
-        for stage in work.stages:
-            if stage.owner == self.index:
-                x, P, judged[stage.place] = self._updated(x, P, stage, readings[stage.place])
+        x, P, judged = self._alone(snapshot, work, readings)
         known = self.arithmetic.zeros(snapshot.x.shape), self.arithmetic.zeros(snapshot.P.shape)
         known[0][self.states], known[1][np.ix_(self.states, self.states)] = x, P
         return Done(Snapshot(*known), judged)
