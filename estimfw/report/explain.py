@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from estimfw.config.compose import Problem
 from estimfw.model.model import Model
 from estimfw.plan.plan import Plan
+from estimfw.plan.stages import Stage as EstimationStage
 from estimfw.policies.prune_unobservable import model_observability
 from estimfw.policies.sequence import apply_policies
 from estimfw.report.segments import segments_of
@@ -35,6 +37,19 @@ def stages(problem: Problem) -> list[Stage]:
         model, _ = apply_policies(model, [policy], problem.reference)
         found.append(Stage(policy.label, model, problem))
     return found
+
+
+def _estimation_stage(plan: Plan, stage: EstimationStage) -> dict[str, Any]:
+    def named(flags: Sequence[bool], names: Iterable[str]) -> list[str]:
+        return [name for name, own in zip(names, flags, strict=True) if own]
+
+    return {
+        "name": stage.name,
+        "until": stage.until,
+        "held": named(stage.held, plan.states),
+        "considered": named(stage.considered, plan.states),
+        "measurements": named(stage.measured, (m.name for m in plan.measurements)),
+    }
 
 
 def explain_json(problem: Problem) -> dict[str, Any]:
@@ -74,6 +89,7 @@ def explain_json(problem: Problem) -> dict[str, Any]:
         "equivalence": [c.as_json() for c in problem.checks],
         "rank": along[-1].rank,
         "stages": [{"name": s.name, "states": s.states, "rank": s.rank} for s in along],
+        "estimation_stages": [_estimation_stage(problem.plan, one) for one in problem.plan.stages],
         "unobservable": list(problem.undetermined),
         "plan_hash": problem.plan.hash,
     }

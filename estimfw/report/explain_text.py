@@ -46,6 +46,8 @@ def explanation(problem: Problem) -> Iterator[RenderableType]:
         yield _equivalence(problem)
     if problem.plan.subsystems is not None:
         yield _nodes(problem.plan)
+    if problem.plan.stages:
+        yield _estimation_stages(problem.plan)
     yield _ranks(problem)
     yield _verdicts(problem)
 
@@ -103,6 +105,19 @@ def _states(problem: Problem) -> Table:
             shown = f"{sigma[i] * scale:.4g} {block.display_unit or block.unit}"
             equation = ", ".join(_driving(model, i))
             _add(table, label, block.frame or "", shown, equation or "constant")
+    return table
+
+
+def _estimation_stages(plan: Plan) -> Table:
+    table = _table("stages of the estimation", "stage", "until", "estimated", "considered", "held", "measured", whole=2)
+    names = [m.name for m in plan.measurements]
+    for stage in plan.stages:
+        other = [a or b for a, b in zip(stage.held, stage.considered, strict=True)]
+        flags = ([not one for one in other], stage.considered, stage.held)
+        told = (", ".join(s for s, own in zip(plan.states, one, strict=True) if own) for one in flags)
+        until = f"{stage.until:g} s" if stage.until is not None else "the end"
+        measured = ", ".join(name for name, own in zip(names, stage.measured, strict=True) if own)
+        _add(table, stage.name, until, *told, measured)
     return table
 
 

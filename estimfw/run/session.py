@@ -27,6 +27,7 @@ from estimfw.plan.stages import stage_of_steps
 from estimfw.run.exchanged import silences_begun
 from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
+from estimfw.run.indefinite_noise import indefinite_noise
 from estimfw.run.outputs import output_values
 from estimfw.run.prepare import begin, timed_samples
 from estimfw.run.recovery import Recovery, acts
@@ -348,6 +349,9 @@ class Session:
         nominal = next(iter(self._lengths.values()), dt)
         if abs(dt - nominal) <= 1e-6 * nominal:
             dt = nominal
+        if round(dt, 9) not in self._lengths:
+            first = self._members[0]
+            self.events += indefinite_noise(self._plan, first.state.row, np.array([dt]), first.scan.doublings)
         return self._lengths.setdefault(round(dt, 9), dt)
 
     def _step(self, time: float, dt: float, samples: FloatArray, *, asked: bool) -> Estimate:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 import xarray as xr
+from rich.console import Console
 
 from estimfw.config.compose import Problem
 from estimfw.report.charts import charts_of
+from estimfw.report.explain import explain_json
+from estimfw.report.explain_text import explanation
 from estimfw.report.interactive import plotly_figure
 from estimfw.report.judgement import sigma_caveat
 from estimfw.report.page import page
@@ -75,6 +79,17 @@ def test_a_run_without_stages_shows_none(composed: Callable[[str], Problem]) -> 
     plain = result_dataset(run_problem(composed(TRACKER.replace(", stages: [%s]", ""))))
     assert not stage_table(plain).rows and "Stages</h2>" not in page(plain)
     assert all(not chart.marks for chart in charts_of(plain, 500))
+
+
+def test_explain_tells_of_them(composed: Callable[[str], Problem]) -> None:
+    problem = composed(TRACKER % TWO)
+    first, second = explain_json(problem)["estimation_stages"]
+    assert first == {"name": "alone", "until": 40.0, "held": ["bias"], "considered": [], "measurements": ["fix"]}
+    assert second["until"] is None and second["measurements"] == ["fix", "beacon"]
+    console = Console(width=160, record=True, file=io.StringIO())
+    console.print(*explanation(problem))
+    told = console.export_text()
+    assert "stages of the estimation" in told and "with <beacon>" in told
 
 
 def test_stages_that_hold_nothing_have_the_own_sigmas_as_the_honest_ones(composed: Callable[[str], Problem]) -> None:

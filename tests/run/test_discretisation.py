@@ -17,6 +17,7 @@ from estimfw.run.load import load_record
 from estimfw.run.plausibility import cautions
 from estimfw.run.prepare import prepare
 from estimfw.run.run import run_problem
+from estimfw.run.session import Session
 from tests.local_level_ins import config
 
 Composed = Callable[[str], Problem]
@@ -64,6 +65,14 @@ def test_a_series_that_is_no_covariance_is_told_with_its_eigenvalue(composed: Co
     event = next(e for e in done.events if e.kind == INDEFINITE_NOISE)
     assert "order 2" in event.text and "-0.495" in event.text and "10 s" in event.text and "van_loan" in event.text
     assert event.text in cautions(result_dataset(done))
+
+
+def test_a_session_tells_it_when_it_first_makes_such_a_step(composed: Composed) -> None:
+    session = Session(ins(composed, "{method: series, phi_order: 3, q_order: 2}"))
+    for time in (10.0, 20.0, 25.0):
+        session.advance(time)
+    told = [e.text for e in session.events if e.kind == INDEFINITE_NOISE]
+    assert len(told) == 2 and "10 s" in told[0] and "5 s" in told[1]
 
 
 @pytest.mark.parametrize(
