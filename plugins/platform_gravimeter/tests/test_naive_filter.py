@@ -64,3 +64,16 @@ def test_estimates_and_sigmas_are_those_of_a_filter_written_out(opened: Open, se
     done = run_problem(problem, record=record)
     np.testing.assert_allclose(done.sigma, sigma, rtol=1e-6)
     assert np.max(np.abs(done.estimate - x) / sigma) < 1e-6
+
+
+@pytest.mark.parametrize("alpha", [0.0, 30.0])
+def test_phi_and_q_are_those_of_van_loan(opened: Open, alpha: float) -> None:
+    """1e-10 of each entry, or of what the sigmas of its row and column make of it."""
+    plan = opened("gravimeter", f"nominal.alpha={alpha} deg").plan
+    row = plan.layout.complete(plan.layout.pack(opened("gravimeter", f"nominal.alpha={alpha} deg").reference))
+    Phi, Q, _ = plan.discretised(row, np.zeros(0), np.array(1.0), 0)
+    due_Phi, due_Q = matrices(np.radians(alpha))
+    np.testing.assert_allclose(Phi, due_Phi, rtol=1e-10, atol=1e-15)
+    spread = np.sqrt(np.outer(np.diag(due_Q), np.diag(due_Q)))
+    assert np.max(np.abs(Q - due_Q)[:5, :5] / spread[:5, :5]) < 1e-10
+    assert not Q[5:].any() and not Q[:, 5:].any()
