@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shlex
 from pathlib import Path
@@ -52,6 +53,19 @@ def test_two_commands_correct_a_log_and_the_table_is_what_they_tell(
             half_a_digit = 0.5 * 10.0 ** -len(shown.partition(".")[2])
             assert float(shown) == pytest.approx(value, abs=1.01 * half_a_digit), name
     assert Path("results/ins_log/corrected.csv").exists() and Path("results/ins_log/corrected.npz").exists()
+
+
+def test_what_large_errors_leave_is_as_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (told,) = re.findall(r"`estimfw (run [^`]*noise=false)`", PAGE)
+    monkeypatch.chdir(tmp_path)
+    assert main([*at_home(shlex.split(told)), "--no-report", "-o", "still"]) == 0
+    states = json.loads(Path("still/summary.json").read_text())["states"]
+    east, azimuth = states["velocity_error[E]"], states["attitude_error[U]"]
+    assert east["error"] == pytest.approx(0.0038, abs=5e-5) and east["error"] / east["sigma"] == pytest.approx(
+        1 / 3, abs=0.03
+    )
+    assert azimuth["error"] * 10800.0 / math.pi == pytest.approx(0.011, abs=5e-4)
+    assert azimuth["error"] / azimuth["sigma"] == pytest.approx(1 / 20, abs=0.01)
 
 
 def test_a_log_of_ones_own_is_a_config_that_extends_the_example(tmp_path: Path) -> None:
