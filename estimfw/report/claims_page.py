@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["claims_page", "write_claims"]
 
-POINTS, PICTURE_POINTS = 1000, 4000
+POINTS, PICTURE_POINTS = 1500, 4000
 """Of a curve of the page, and of a picture."""
 SHOWN = ("states", "sigmas")
 """Sections of a result's report that a figure takes over."""
