@@ -25,7 +25,6 @@ from estimfw.errors import ConfigError
 from estimfw.model.nominal import InitialNominal
 from estimfw.plan.over_time import RowsOverTime
 from estimfw.plan.plan import Plan
-from estimfw_platform_gravimeter.exact import motion
 
 __all__ = ["SimulateConfig", "Simulation", "simulate"]
 
@@ -186,6 +185,8 @@ class Simulation:
         generators: Sequence[np.random.Generator],
     ) -> FloatArray:
         """Computed velocity and phi (R, K, 5) at the ends of the steps."""
+        from estimfw_platform_gravimeter.exact import motion  # here, for numba takes a second to load
+
         normal = float(self.cfg.noise) * np.stack([rng.standard_normal((lengths.size, 5)) for rng in generators])
         density = np.repeat([self.cfg.accel_noise, self.cfg.gyro_noise], [2, 3])
         constant = np.concatenate([errors["accel_bias"], errors["gyro_drift"]], axis=1)
