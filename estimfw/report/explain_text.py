@@ -14,6 +14,7 @@ from estimfw.config.compose import Problem
 from estimfw.model.model import Model
 from estimfw.model.parts import NoiseInput, StateBlock
 from estimfw.plan.plan import Plan
+from estimfw.report.brief_labels import brief_labels
 from estimfw.report.equations import dynamics, observations
 from estimfw.report.explain import stages
 from estimfw.report.numbers import measured
@@ -218,7 +219,7 @@ def _nodes(plan: Plan) -> Table:
     table = _table(f"nodes (cross_covariance: {form})", "node", "states", "measurements")
     for node in plan.subsystems.nodes if plan.subsystems is not None else ():
         measured_by = ", ".join(plan.measurements[j].name for j in node.measurements) or "none"
-        _add(table, node.name, ", ".join(plan.states[i] for i in node.states), measured_by)
+        _add(table, node.name, brief_labels([plan.states[i] for i in node.states], plan.states), measured_by)
     return table
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from estimfw.report.numbers import count, significant
+from estimfw.report.brief_labels import brief_labels
+from estimfw.report.numbers import count, plain
 from estimfw.report.tables import Cell, Table
 from estimfw.run.summary import json_attribute
 
@@ -28,7 +29,8 @@ def node_table(dataset: xr.Dataset) -> Table:
         return Table(HEAD, ())
     steps = max(1, int(exchange["steps"]))
     away = any(node["silent_steps"] for node in exchange["nodes"])
-    rows = tuple(_row(node, steps)[: len(HEAD) - (not away)] for node in exchange["nodes"])
+    states = [str(label) for label in dataset["state"].to_numpy()]
+    rows = tuple(_row(node, steps, states)[: len(HEAD) - (not away)] for node in exchange["nodes"])
     note = (
         f"{FORMS[exchange['cross_covariance']]} {significant(exchange['words'] / steps, 4)} words (numbers) a step in "
         f"{significant(exchange['rounds'] / steps, 4)} rounds, each of which waits for all nodes."
@@ -36,13 +38,13 @@ def node_table(dataset: xr.Dataset) -> Table:
     return Table(HEAD[: len(HEAD) - (not away)], rows, frozenset({3, 4, 5}), note)
 
 
-def _row(node: dict[str, Any], steps: int) -> tuple[Cell, ...]:
+def _row(node: dict[str, Any], steps: int, states: list[str]) -> tuple[Cell, ...]:
     words = sum(node["words"].values())
     return (
         Cell(node["name"]),
-        Cell(", ".join(node["states"])),
+        Cell(brief_labels(node["states"], states)),
         Cell(", ".join(node["measurements"]) or "none"),
-        Cell(significant(node["messages"] / steps, 3)),
-        Cell(significant(words / steps, 4)),
+        Cell(plain(round(node["messages"] / steps, 2))),
+        Cell(plain(round(words / steps, 2))),
         Cell(count(node["silent_steps"]), "warn" if node["silent_steps"] else ""),
     )
