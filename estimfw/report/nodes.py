@@ -32,8 +32,8 @@ def node_table(dataset: xr.Dataset) -> Table:
     states = [str(label) for label in dataset["state"].to_numpy()]
     rows = tuple(_row(node, steps, states)[: len(HEAD) - (not away)] for node in exchange["nodes"])
     note = (
-        f"{FORMS[exchange['cross_covariance']]} {significant(exchange['words'] / steps, 4)} words (numbers) a step in "
-        f"{significant(exchange['rounds'] / steps, 4)} rounds, each of which waits for all nodes."
+        f"{FORMS[exchange['cross_covariance']]} {_mean(exchange['words'], steps)} words (numbers) a step in "
+        f"{_mean(exchange['rounds'], steps)} rounds, each of which waits for all nodes."
     )
     return Table(HEAD[: len(HEAD) - (not away)], rows, frozenset({3, 4, 5}), note)
 
@@ -44,7 +44,13 @@ def _row(node: dict[str, Any], steps: int, states: list[str]) -> tuple[Cell, ...
         Cell(node["name"]),
         Cell(brief_labels(node["states"], states)),
         Cell(", ".join(node["measurements"]) or "none"),
-        Cell(plain(round(node["messages"] / steps, 2))),
-        Cell(plain(round(words / steps, 2))),
+        Cell(_mean(node["messages"], steps)),
+        Cell(_mean(words, steps)),
         Cell(count(node["silent_steps"]), "warn" if node["silent_steps"] else ""),
     )
+
+
+def _mean(total: int, steps: int) -> str:
+    """A step's part of a count."""
+    value = total / steps
+    return count(round(value)) if value >= 1000 or total % steps == 0 else plain(value)
