@@ -10,6 +10,7 @@ there is another judge for those in a row.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,8 +49,8 @@ class Spell:
     @classmethod
     def of(cls, marked: Bools, time: FloatArray, count: int, since: float) -> Spell:
         """``count`` epochs in a row, since ``since``, were marked before these (K,)."""
-        if not marked.size:
-            return cls(np.zeros(0, dtype=np.int64), np.zeros(0))
+        if not marked.any():
+            return cls(np.zeros(marked.size, dtype=np.int64), np.full(marked.size, np.nan))
         index = np.arange(marked.size)
         broken = np.maximum.accumulate(np.where(marked, -1, index))
         number = np.where(marked, index - broken + np.where(broken < 0, count, 0), 0)
@@ -141,8 +142,8 @@ class NisJudge:
         all_nis, all_freedom = np.concatenate([self.nis, new]), np.concatenate([self.freedom, freedom[known]])
         total, degrees = (_windowed(x, self.limit.epochs)[-known.size :] for x in (all_nis, all_freedom))
         full = np.arange(all_nis.size)[-known.size :] >= self.limit.epochs - 1
-        above = full & (total > quantile(self.limit.probability, degrees))
-        below = full & (total < quantile(1.0 - self.limit.probability, degrees))
+        above = full & (total > _bounds(self.limit.probability, degrees))
+        below = full & (total < _bounds(1.0 - self.limit.probability, degrees))
         high, low = (Spell.of(out, time[known], *before) for out, before in ((above, self.high), (below, self.low)))
         within = np.flatnonzero(full & ~(above | below))
         good = float(time[known][within[-1]]) if within.size else self.good
@@ -200,6 +201,18 @@ def most_counted(thresholds: FloatArray | None) -> FloatArray | None:
         return None
     counted = np.concatenate([[0.0], quantile(0.99, np.arange(1, thresholds.size))])
     return np.asarray(np.minimum(thresholds, counted))
+
+
+def _bounds(probability: float, degrees: FloatArray) -> FloatArray:
+    """Quantiles (K,); the same few degrees come again and again, step by step in a session."""
+    if degrees.size == 1:
+        return np.array([_bound(probability, float(degrees[0]))])
+    return quantile(probability, degrees)
+
+
+@lru_cache(maxsize=4096)
+def _bound(probability: float, degrees: float) -> float:
+    return float(quantile(probability, [degrees])[0])
 
 
 def _windowed(x: NDArray[np.float64] | IntArray, width: int) -> FloatArray:

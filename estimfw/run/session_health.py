@@ -39,7 +39,8 @@ class Watched:
         made, sick, events = list[Judges](), set(self.sick), list[Event]()
         for j, (m, one) in enumerate(zip(problem.plan.measurements, self.judges, strict=True)):
             rejection, nis, seen = one.rejection, one.nis, result.nis[:, j]
-            if rejection is not None and result.disposition[0, j] in (FUSED, GATED):
+            disposition = result.disposition[0, j]
+            if rejection is not None and (disposition == GATED or (disposition == FUSED and rejection.count)):
                 rejection, bad, since = rejection.advance(now, result.disposition[:, j])
                 seen = unless_rejected(seen, bad)
                 if _began(sick, (m.name, DEGRADED), bool(bad[0])):
