@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["correction_table"]
 
-KNOWN = "Errors are trajectory minus truth; rms over the whole run."
+KNOWN = "Errors are trajectory minus truth, over the instants whose truth is known."
 UNKNOWN_TRUTH = "No truth is known, so only what was corrected can be told: recorded minus corrected, at the end."
 
 

@@ -16,7 +16,7 @@ from estimfw.run.flags import disposition_events, lost_members, with_late
 from estimfw.run.health import health_events
 from estimfw.run.honest import Honest
 from estimfw.run.outages import outage_events
-from estimfw.run.outputs import output_truth, output_values, state_truth, truth_at, wrapped
+from estimfw.run.outputs import output_truth, output_values, state_truth, truth_at, truth_events, wrapped
 from estimfw.run.prepare import Prepared
 from estimfw.run.recorded import AsRecorded, as_recorded
 from estimfw.run.smoothing import Smoothed
@@ -156,6 +156,7 @@ def collected(
         output_error=error,
         events=(
             *prepared.events,
+            *truth_events(prepared.record.truth, prepared.steps.time),
             *silence_events(prepared),
             *disposition_events(prepared, answered(prepared, disposition), used, joined("nis")),
             *outage_events(prepared, disposition),

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Misses:
-    """Root mean square over the run, and at its end, in the unit of the `Correction`; NaN where no truth is known."""
+    """Root mean square, and at the end, over the instants whose truth is known, in the unit of the `Correction`; NaN without."""
 
     rms: float
     end: float
@@ -41,7 +41,7 @@ class Correction:
     by : float
         What it was corrected by at the end: recorded minus corrected.
     sigma : float
-        Of the corrected value at the end.
+        Of the corrected value there.
     """
 
     label: str
@@ -87,15 +87,19 @@ def _of(dataset: xr.Dataset, i: int) -> Correction:
     def column(name: str) -> FloatArray:
         return np.asarray(dataset[name].to_numpy()[:, i], dtype=float)
 
-    def misses(name: str) -> Misses:
-        known = "output_truth" in dataset and name in dataset
-        error = wrapped(column(name) - column("output_truth"), period) * scale if known else np.full(1, np.nan)
-        finite = np.isfinite(error)
-        return Misses(float(np.sqrt(np.mean(error[finite] ** 2))) if finite.any() else float("nan"), float(error[-1]))
+    truth = column("output_truth") if "output_truth" in dataset else np.full(scale.size, np.nan)
+    known = np.flatnonzero(np.isfinite(truth))
+    last = int(known[-1]) if known.size else -1
 
-    by = wrapped(column("output_recorded")[-1:] - column("output_value")[-1:], period)
+    def misses(name: str) -> Misses:
+        if not known.size:
+            return Misses(float("nan"), float("nan"))
+        error = wrapped(column(name) - truth, period)[known] * scale[known]
+        return Misses(float(np.sqrt(np.mean(error**2))), float(error[-1]))
+
+    by = wrapped(column("output_recorded") - column("output_value"), period)
     smoothed = misses("smoothed_output") if "smoothed_output" in dataset else None
     return Correction(
         str(dataset["output"].to_numpy()[i]), unit, misses("output_recorded"), misses("output_value"), smoothed,
-        float(by[0] * scale[-1]), float(column("output_sigma")[-1] * scale[-1]),
+        float(by[last] * scale[last]), float(column("output_sigma")[last] * scale[last]),
     )  # fmt: skip

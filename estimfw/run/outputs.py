@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.config.compose import Problem
-from estimfw.data.record import SAME, Truth
+from estimfw.data.record import SAME, Event, Truth
 from estimfw.estimators.scan import ChunkResult
 from estimfw.model.frame import rotation
 from estimfw.model.model import Model
@@ -16,7 +16,7 @@ from estimfw.model.parts import Output, StateBlock
 from estimfw.plan.lowering import Lowered
 from estimfw.registry.contract import broken, plugin_code
 
-__all__ = ["output_truth", "output_value", "output_values", "state_truth", "truth_at", "wrapped"]
+__all__ = ["output_truth", "output_value", "output_values", "state_truth", "truth_at", "truth_events", "wrapped"]
 
 FloatArray = NDArray[np.float64]
 
@@ -89,6 +89,20 @@ def truth_at(truth: Truth | None, time: FloatArray) -> dict[str, FloatArray] | N
         else np.broadcast_to(value, (time.size, *np.shape(value)))
         for name, value in truth.values.items()
     }
+
+
+def truth_events(truth: Truth | None, time: FloatArray) -> tuple[Event, ...]:
+    """A word where a truth covers no instant, as of another day or another clock: errors are not told then."""
+    if truth is None or truth.between != "linear" or not truth.time.size or not time.size:
+        return ()
+    first, last = float(truth.time[0]), float(truth.time[-1])
+    if np.any((time >= first - SAME) & (time <= last + SAME)):
+        return ()
+    text = (
+        f"the truth goes from {first:.10g} to {last:.10g} s, the run from {time[0]:.10g} to {time[-1]:.10g} s: "
+        "no error can be told"
+    )
+    return (Event(float("nan"), "truth", "elsewhere", text),)
 
 
 def _linear(truth: Truth, name: str, time: FloatArray) -> FloatArray:

@@ -131,6 +131,22 @@ def test_a_log_in_units_and_names_of_its_own(run: Callable[..., Told]) -> None:
         )
 
 
+def test_a_truth_that_ends_early_counts_as_far_as_it_goes_and_one_of_another_day_is_told(
+    run: Callable[..., Told],
+) -> None:
+    with np.load("drive/truth.npz") as truth:
+        time, latitude = truth["t"], truth["latitude"]
+    early = time <= 1200.0
+    for name, shift in (("early.npz", 0.0), ("other.npz", 86400.0)):
+        np.savez(name, t=time[early] + shift, latitude=latitude[early])
+    told = json.loads(run("--json", "--set", "source.truth=early.npz").out)["corrections"]
+    whole = json.loads(run("--json", "--at", "1200").out)["corrections"]
+    assert told["latitude.corrected"] == whole["latitude.corrected"]
+    assert told["heading.corrected"]["error_after"] == {"rms": None, "end": None}
+    other = json.loads(run("--json", "--set", "source.truth=other.npz").out)
+    assert [e["kind"] for e in other["events"] if e["source"] == "truth"] == ["elsewhere"]
+
+
 def test_without_a_truth_only_the_correction_is_told(run: Callable[..., Told]) -> None:
     told = run("--set", "source.truth=null", "-o", "blind")
     assert "corrected by" in told.out and "No truth is known" in told.out
