@@ -16,7 +16,6 @@ A = 6378137.0
 E2 = 1.0 / 298.257223563 * (2.0 - 1.0 / 298.257223563)
 RATE = 7.292115e-5
 TURN = 2.0 * math.pi
-TERMS = 24
 
 
 @njit(cache=True)
@@ -51,12 +50,8 @@ def step(state, sample, params, process_row, end_row):
     shift[4] = half_turn(shift[4])
     aE, aN, rate = shift[2] / dt, shift[3] / dt, shift[4] / dt
     write_row(process_row, state, shift, params[0], aE, aN, rate, params[1])
-    dE, dN, dphi = state[8], state[9], state[10]
-    move(state, process_row, dt)
-    north, east = place_rate_left_out(state[0], state[2], state[3], dE, dN, dphi)
-    more_north, more_east = place_rate_left_out(sample[1], sample[3], sample[4], state[8], state[9], state[10])
-    state[10] += 0.5 * dt * (north + more_north)
-    state[11] += 0.5 * dt * (east + more_east)
+    dE, dN = state[8], state[9]
+    move(state, shift, aE, aN, dt, params[1])
     aE, aN = aE - (state[8] - dE) / dt, aN - (state[9] - dN) / dt
     process_row[6], process_row[7] = aE, aN
     write_row(end_row, state, shift, 1.0, aE, aN, rate, params[1])
@@ -74,72 +69,60 @@ def correct(state, delta, params):
 
 
 @njit(cache=True)
-def move(state, row, dt):
-    """exp(A dt) of the correction, by its series, in place."""
-    term, next_term = np.empty(7), np.empty(7)
-    still = True
-    for i in range(7):
-        term[i] = state[5 + i]
-        still = still and term[i] == 0.0
-    if still:
+def move(state, shift, aE, aN, dt, gravity):
+    """The correction a step later, by fourth order Runge-Kutta, in place; the record moves by ``shift`` in between."""
+    c = state[5:]
+    if not np.any(c != 0.0):
         return
-    matrix = error_matrix(row)
-    for k in range(1, TERMS):
-        small = True
+    total, y, k = np.zeros(7), c.copy(), np.zeros(7)
+    for s in range(4):
+        part = 0.0 if s == 0 else (1.0 if s == 3 else 0.5)
         for i in range(7):
-            total = 0.0
-            for j in range(6):
-                total += matrix[i, j] * term[j]
-            next_term[i] = total * dt / k
-            state[5 + i] += next_term[i]
-            small = small and abs(next_term[i]) <= 1e-17 * abs(state[5 + i])
-        if small:
-            break
+            y[i] = c[i] + part * dt * k[i]
+        error_rate(
+            y, state[0] + part * shift[0], state[2] + part * shift[2], state[3] + part * shift[3], aE, aN, gravity, k
+        )  # fmt: skip
         for i in range(7):
-            term[i] = next_term[i]
+            total[i] += (2.0 if s == 1 or s == 2 else 1.0) * k[i]
+    for i in range(7):
+        c[i] += dt / 6.0 * total[i]
 
 
 @njit(cache=True)
-def place_rate_left_out(L, VE, VN, dE, dN, dphi):
-    """See `recorded_step`."""
-    if dE == 0.0 and dN == 0.0 and dphi == 0.0:
-        return 0.0, 0.0
-    own, E, N = L - dphi, VE - dE, VN - dN
-    s, c = math.sin(own), math.cos(own)
-    w = 1.0 - E2 * s * s
-    M, P = w**1.5 / (A * (1.0 - E2)), math.sqrt(w) / A
-    bulge = E2 * s * c / w
-    there, flat = math.sin(L), math.cos(L)
-    w = 1.0 - E2 * there * there
-    north = VN * (w**1.5 / (A * (1.0 - E2)) - M) + N * 3.0 * bulge * M * dphi
-    east = VE * math.sqrt(w) / (A * flat) - (VE + E * (s / c) * dphi) * P / c + E * bulge * P / c * dphi
-    return north, east
-
-
-@njit(cache=True)
-def error_matrix(row):
-    """The complete error equations, (7, 6): nothing depends on the longitude."""
-    L, E, N, g = row[0], row[2], row[3], row[11]
+def rates(L, east, north):
+    """omega_it, y and z of 2 omega_ie + omega_et, phi', lam'."""
     s, c = math.sin(L), math.cos(L)
     w = 1.0 - E2 * s * s
-    M, P = w**1.5 / (A * (1.0 - E2)), math.sqrt(w) / A
-    bulge = E2 * s * c / w
-    slope_M, slope_P = 3.0 * bulge * M, bulge * P
-    tan, sec = s / c, 1.0 / c
-    cosine, sine = RATE * c, RATE * s
-    east, prime, up = -N * M, E * P, E * P * tan
-    wy, wz, k = cosine + prime, sine + up, 2.0 * cosine + E * P * sec * sec
-    fx, fy = -(2.0 * sine + up) * N + row[6], (2.0 * sine + up) * E + row[7]
-    fz = g + east * N - (2.0 * cosine + prime) * E
-    m = np.zeros((7, 6))
-    m[0, 1], m[0, 2], m[0, 4], m[0, 5] = wz, -wy, -M, N * slope_M
-    m[1, 0], m[1, 2], m[1, 3], m[1, 5] = -wz, east, P, -(sine + E * slope_P)
-    m[2, 0], m[2, 1], m[2, 3] = wy, -east, tan * P
-    m[2, 5] = cosine + E * P * sec * sec - E * tan * slope_P
-    m[3, 1], m[3, 2], m[3, 3], m[3, 4] = -fz, fy, N * tan * P, 2.0 * sine + up
-    m[3, 5] = (k - E * tan * slope_P) * N
-    m[4, 0], m[4, 2], m[4, 3] = fz, -fx, -2.0 * wz
-    m[4, 5] = -(k - E * tan * slope_P) * E
-    m[5, 4], m[5, 5] = M, -N * slope_M
-    m[6, 3], m[6, 5] = sec * P, E * (P * tan - slope_P) * sec
-    return m
+    x, y = -north * w**1.5 / (A * (1.0 - E2)), east * math.sqrt(w) / A
+    z = y * s / c
+    return x, RATE * c + y, RATE * s + z, 2.0 * RATE * c + y, 2.0 * RATE * s + z, -x, y / c
+
+
+@njit(cache=True)
+def error_rate(e, L_i, E_i, N_i, aE, aN, gravity, out):
+    """Rates of the errors e of an INS that records latitude, velocity and acceleration, by the exact equations."""
+    a, b, c = e[0], e[1], e[2]
+    E, N = E_i - e[3], N_i - e[4]
+    x_i, y_i, z_i, _, cz_i, north_i, east_i = rates(L_i, E_i, N_i)
+    x, y, z, cy, cz, north, east = rates(L_i - e[5], E, N)
+    # C = exp(-[phi x]) = I - s [phi x] + q [phi x]^2
+    angle = math.sqrt(a * a + b * b + c * c)
+    s = math.sin(angle) / angle if angle > 0.0 else 1.0
+    q = 2.0 * (math.sin(0.5 * angle) / angle) ** 2 if angle > 0.0 else 0.5
+    c00, c01, c02 = 1.0 - q * (b * b + c * c), s * c + q * a * b, -s * b + q * a * c
+    c10, c11, c12 = -s * c + q * a * b, 1.0 - q * (a * a + c * c), s * a + q * b * c
+    c20, c21, c22 = s * b + q * a * c, -s * a + q * b * c, 1.0 - q * (a * a + b * b)
+    wx = x_i - (c00 * x + c01 * y + c02 * z)
+    wy = y_i - (c10 * x + c11 * y + c12 * z)
+    wz = z_i - (c20 * x + c21 * y + c22 * z)
+    px, py, pz = b * wz - c * wy, c * wx - a * wz, a * wy - b * wx
+    out[0] = wx + 0.5 * px + (b * pz - c * py) / 12.0
+    out[1] = wy + 0.5 * py + (c * px - a * pz) / 12.0
+    out[2] = wz + 0.5 * pz + (a * py - b * px) / 12.0
+    up = gravity + x * N - cy * E
+    sE, sN = aE - cz_i * N_i - c02 * up, aN + cz_i * E_i - c12 * up
+    det = c00 * c11 - c01 * c10
+    out[3] = aE - (c11 * sE - c01 * sN) / det - cz * N
+    out[4] = aN - (c00 * sN - c10 * sE) / det + cz * E
+    out[5] = north_i - north
+    out[6] = east_i - east

@@ -8,25 +8,25 @@ sample      length of the step in s; latitude, longitude, V_E, V_N, heading at i
 row         `VARIABLES`
 ==========  =======================================================================================
 
-An INS that had been corrected would have gone on without that error. So the correction moves as an error of the INS does, by the
-complete error equations (`estimfw_ins_errors.local_level`) at the corrected nominal; drifts stay with the filter. A correction
-grows to tens of arcmin and m/s, so of the place the second order counts too: without it the longitude is 100 m wrong after 4 h.
-The acceleration in a row is that of the corrected INS: what is recorded holds g times the tilt besides, more than a ship's own.
+An INS that had been corrected would have gone on without that error. So the correction moves as an error of the INS does, by
+the exact platform equations: rates and forces of the corrected INS against those of the recorded one, finite rotations, and the
+specific force that the recorded velocity tells. A correction grows to tens of arcmin and m/s; by linear equations the longitude
+would be 100 m wrong after 4 h, and the velocity by half of its sigma. Drifts stay with the filter. The acceleration in a row is
+that of the corrected INS: what is recorded holds g times the tilt besides, more than a ship's own.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from estimfw_inertial.rotation import exponential
 from numpy.typing import ArrayLike, NDArray
 
 from estimfw.model.nominal import NominalVariable
 from estimfw_ins_errors.local_terms import (
     earth_rate,
     meridian_curvature,
-    meridian_slope,
     motion_force,
     prime_vertical_curvature,
-    prime_vertical_slope,
     transport_rate,
 )
 
@@ -49,8 +49,6 @@ FloatArray = NDArray[np.float64]
 RECORDED, CORRECTION = 5, 7
 N_STATE, N_SAMPLE = RECORDED + CORRECTION, 1 + RECORDED
 TURN = 2.0 * np.pi
-#: Terms of the exponential series of the error equations over a step.
-TERMS = 24
 
 VARIABLES = (
     NominalVariable("latitude", (), "rad", "varying", r"\varphi"),
@@ -102,7 +100,7 @@ def step(state: FloatArray, sample: FloatArray, params: FloatArray) -> tuple[Flo
     change[..., 1] = _half_turn(change[..., 1])
     acceleration, rate = change[..., 2:4] / dt, change[..., 4] / dt[..., 0]
     process_row = row_of(before + params[0] * change, c, acceleration, rate, params[1])
-    moved = _moved(c, before, after, process_row, dt)
+    moved = _moved(c, before, change, dt, float(params[1]))
     acceleration = acceleration - (moved[..., 3:5] - c[..., 3:5]) / dt
     process_row[..., 6:8] = acceleration
     end_row = row_of(before + change, moved, acceleration, rate, params[1])
@@ -132,67 +130,57 @@ def _half_turn(angle: FloatArray) -> FloatArray:
     return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
-def _moved(c: FloatArray, before: FloatArray, after: FloatArray, row: FloatArray, dt: FloatArray) -> FloatArray:
-    """The correction (..., 7) a step later: exp(A dt) c, by its series, and what the place moves besides."""
-    total, term = c, c
+def _moved(c: FloatArray, before: FloatArray, change: FloatArray, dt: FloatArray, gravity: float) -> FloatArray:
+    """The correction (..., 7) a step later, by fourth order Runge-Kutta; the record is even in between."""
     if not np.any(c):
         return c
-    for k in range(1, TERMS):
-        term = error_rate(term, row) * (dt / k)
-        total = total + term
-        if np.all(np.abs(term) <= 1e-17 * np.abs(total)):
-            break
-    total[..., 5:] += 0.5 * dt * (place_rate_left_out(before, c) + place_rate_left_out(after, total))
-    return total
+    acceleration, middle = change[..., 2:4] / dt, before + 0.5 * change
+    k1 = error_rate(c, before, acceleration, gravity)
+    k2 = error_rate(c + 0.5 * dt * k1, middle, acceleration, gravity)
+    k3 = error_rate(c + 0.5 * dt * k2, middle, acceleration, gravity)
+    k4 = error_rate(c + dt * k3, before + change, acceleration, gravity)
+    return np.asarray(c + dt / 6.0 * (k1 + 2.0 * (k2 + k3) + k4))
 
 
-def place_rate_left_out(recorded: FloatArray, c: FloatArray) -> FloatArray:
-    """By how much the rates (..., 2) of latitude and longitude of the record and of the corrected INS differ, less `error_rate`.
+def error_rate(c: FloatArray, recorded: FloatArray, acceleration: FloatArray, gravity: float) -> FloatArray:
+    """Rates (..., 7) of the errors of an INS, by its exact equations.
+
+    With C = exp(-[phi x]), and the index i for what the INS computes of what it records::
+
+        omega = omega_it_i - C omega_it,   phi' = omega + 1/2 phi x omega + 1/12 phi x (phi x omega)
+        (C f)_h = V_i' + ((2 omega_ie + omega_et)_i x V_i)_h,   f_z = g + ((2 omega_ie + omega_et) x V)_z
+        dV' = V_i' - f_h + ((2 omega_ie + omega_et) x V)_h
 
     Parameters
     ----------
-    recorded : (..., 5) array
     c : (..., 7) array
-        The correction.
+        phi, dV, dphi, dlam.
+    recorded : (..., 5) array
+        What it records with these errors.
+    acceleration : (..., 2) array, m/s^2
+        The change of the recorded velocity.
+    gravity : float, m/s^2
     """
-    L, VE, VN = recorded[..., 0], recorded[..., 2], recorded[..., 3]
-    _, _, _, dE, dN, dphi, _ = np.moveaxis(c, -1, 0)
-    own, E, N = L - dphi, VE - dE, VN - dN
-    M, P, sec, tan = meridian_curvature(own), prime_vertical_curvature(own), 1.0 / np.cos(own), np.tan(own)
-    north = VN * meridian_curvature(L) - VN * M + N * meridian_slope(own) * dphi
-    east = VE * prime_vertical_curvature(L) / np.cos(L) - (VE + E * tan * dphi) * P * sec
-    east = east + E * prime_vertical_slope(own) * sec * dphi
-    return np.stack([north, east], axis=-1)
+    phi, L_i, V_i = c[..., :3], recorded[..., 0], recorded[..., 2:4]
+    L, V = L_i - c[..., 5], V_i - c[..., 3:5]
+    C = exponential(-phi)
+    omega = _turn(L_i, V_i) - (C @ _turn(L, V)[..., None])[..., 0]
+    across = np.cross(phi, omega)
+    force_i, force = _coriolis(L_i, V_i), _coriolis(L, V)
+    seen = acceleration + force_i[..., :2] - C[..., :2, 2] * (gravity + force[..., 2:])
+    felt = np.linalg.solve(C[..., :2, :2], seen[..., None])[..., 0]
+    north = V_i[..., 1] * meridian_curvature(L_i) - V[..., 1] * meridian_curvature(L)
+    east_i, east = (v[..., 0] * prime_vertical_curvature(at) / np.cos(at) for v, at in ((V_i, L_i), (V, L)))
+    turning = omega + 0.5 * across + np.cross(phi, across) / 12.0
+    speeding = acceleration - felt + force[..., :2]
+    return np.concatenate([turning, speeding, north[..., None], (east_i - east)[..., None]], axis=-1)
 
 
-def error_rate(c: FloatArray, row: FloatArray) -> FloatArray:
-    """A c (..., 7) of errors c (..., 7): the complete error equations at a row (..., 12)."""
-    L, V, g = row[..., 0], row[..., 2:4], row[..., 11]
-    VE, VN = V[..., 0], V[..., 1]
-    acceleration = row[..., 6:8]
-    alpha, beta, gamma, dE, dN, dphi, _ = np.moveaxis(c, -1, 0)
-    _, cosine, sine = np.moveaxis(earth_rate(L), -1, 0)
-    east, prime, up = np.moveaxis(transport_rate(L, V), -1, 0)
-    fx, fy, fz = np.moveaxis(motion_force(L, V, acceleration), -1, 0)
-    M, N, slope_M, slope_N = (
-        meridian_curvature(L),
-        prime_vertical_curvature(L),
-        meridian_slope(L),
-        prime_vertical_slope(L),
-    )
-    tan, sec = np.tan(L), 1.0 / np.cos(L)
-    wy, wz, k = cosine + prime, sine + up, 2.0 * cosine + VE * N * sec * sec
-    rates = [
-        wz * beta - wy * gamma - dN * M + VN * slope_M * dphi,
-        -wz * alpha + east * gamma + dE * N - (sine + VE * slope_N) * dphi,
-        wy * alpha - east * beta + tan * N * dE + (cosine + VE * N * sec * sec - VE * tan * slope_N) * dphi,
-        fy * gamma
-        - (g + fz) * beta
-        + VN * tan * N * dE
-        + (2.0 * sine + up) * dN
-        + (k - VE * tan * slope_N) * VN * dphi,
-        (g + fz) * alpha - fx * gamma - 2.0 * wz * dE - (k - VE * tan * slope_N) * VE * dphi,
-        dN * M - VN * slope_M * dphi,
-        dE * sec * N + VE * (N * tan - slope_N) * sec * dphi,
-    ]
-    return np.stack(rates, axis=-1)
+def _turn(L: FloatArray, V: FloatArray) -> FloatArray:
+    """omega_it (..., 3) rad/s."""
+    return np.asarray(earth_rate(L) + transport_rate(L, V))
+
+
+def _coriolis(L: FloatArray, V: FloatArray) -> FloatArray:
+    """(2 omega_ie + omega_et) x V, (..., 3) m/s^2."""
+    return motion_force(L, V, np.zeros(V.shape))

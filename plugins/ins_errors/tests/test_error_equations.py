@@ -204,11 +204,18 @@ def test_undamped_periods_at_rest_at_45_degrees(opened: Open) -> None:
 
 
 @pytest.mark.parametrize("point", POINTS[:4])
-def test_the_correction_of_the_provider_moves_as_the_complete_model_says(
-    opened: Open, point: tuple[float, float, float]
-) -> None:
-    problem = opened("ins_const11", LONGITUDE, "process.local_level.terms=complete")
-    row = problem.plan.layout.pack(nominal(problem, *point))
-    moved = np.stack([error_rate(unit, row) for unit in np.eye(7)], axis=-1)
-    np.testing.assert_allclose(moved[:, :6], dynamics(problem, point), rtol=1e-12, atol=1e-18)
-    np.testing.assert_array_equal(moved[:, 6], 0.0)
+def test_the_correction_of_the_provider_moves_by_the_exact_equations(point: tuple[float, float, float]) -> None:
+    """Errors of any size, of an INS whose vehicle moves evenly: as `exact_rates` has them, and the rotation vector with them."""
+    L, V_E, V_N = point
+    c = np.array([2e-3, -3e-3, 9e-3, 6.0, -7.0, 5e-3, 0.0])
+    due = exact_rates(c[:6].astype(complex), L, V_E, V_N).real
+    recorded = np.array([L + c[5], 0.0, V_E + c[3], V_N + c[4], 0.0])
+    found = error_rate(c, recorded, due[3:5], G)
+    np.testing.assert_allclose(found[3:], due[3:], rtol=1e-9, atol=1e-15)
+    step = 1e-3
+    ends = [turned((c[:3] + sign * step * found[:3]).astype(complex)).real for sign in (1.0, -1.0)]
+    x, y, z = due[:3]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    np.testing.assert_allclose(
+        (ends[0] - ends[1]) / (2.0 * step), -cross @ turned(c[:3].astype(complex)).real, rtol=0, atol=1e-12
+    )

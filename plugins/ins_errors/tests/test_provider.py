@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from estimfw_ins_errors.compiled_step import error_matrix
+from estimfw_ins_errors.compiled_step import error_rate as compiled_rate
 from estimfw_ins_errors.local_terms import LOCAL_TERMS
 from estimfw_ins_errors.recorded_step import VARIABLES, correct, error_rate, step
 from numpy.typing import NDArray
@@ -87,10 +87,12 @@ def test_process_rows_are_taken_where_the_config_says(opened: Open, evaluation: 
 
 def test_the_compiled_error_equations_are_those_of_numpy() -> None:
     rng = np.random.default_rng(0)
-    for _ in range(5):
-        row = np.array([rng.uniform(-1.3, 1.3), 0, *rng.normal(0, 50, 2), 1, 0, *rng.normal(0, 1, 2), 0, 0, 0, 9.8])
-        plain = np.stack([error_rate(unit, row) for unit in np.eye(7)[:6]], axis=-1)
-        np.testing.assert_allclose(error_matrix(row), plain, rtol=1e-12, atol=1e-20)
+    for size in (1.0, 1e-3, 0.0):
+        c = size * np.array([*rng.normal(0, 1e-2, 3), *rng.normal(0, 10, 2), 5e-3, 0.1])
+        recorded, acceleration = np.array([rng.uniform(-1.3, 1.3), 0, *rng.normal(0, 50, 2), 1]), rng.normal(0, 1, 2)
+        found = np.empty(7)
+        compiled_rate(c, recorded[0], recorded[2], recorded[3], acceleration[0], acceleration[1], 9.8, found)
+        np.testing.assert_allclose(found, error_rate(c, recorded, acceleration, 9.8), rtol=1e-9, atol=1e-14)
 
 
 def test_compiled_derived_variables_are_those_of_numpy() -> None:
@@ -107,23 +109,31 @@ def test_compiled_derived_variables_are_those_of_numpy() -> None:
         np.testing.assert_allclose(found.reshape(due.shape), due, rtol=1e-13, atol=1e-20, err_msg=variable.name)
 
 
-def test_a_correction_goes_on_as_an_error_of_the_ins_does() -> None:
-    """An INS that starts with the error taken out, and one that is corrected by it at the start, are the same 600 s later."""
-    params = np.array([0.5, 9.80665])
-    state = np.array([0.7, 0.1, 8.0, -5.0, 0.5, *np.zeros(7)])
-    error = np.array([1e-4, -2e-4, 3e-4, 0.1, -0.2, 0.0, 1e-5, 0.0, 0.0, 2e-5, 0.0, 0.0])
-    state = correct(state, error, params)
-    parts = []
-    for _ in range(60):
-        sample = np.array([10.0, *state[:5]])
-        sample[1] += 10.0 * state[3] / 6.37e6
-        parts.append(state[5:].copy())
-        state, process, _ = step(state, sample, params)
-    due = parts[0]
-    for _ in range(6000):  # small Euler steps, at a nominal that hardly moves
-        due = due + 0.1 * error_rate(due, process)
-    np.testing.assert_allclose(state[5:], due, rtol=0, atol=2e-3 * np.max(np.abs(due)))
-    np.testing.assert_allclose(state[5:8], due[:3], rtol=0, atol=2e-3 * np.max(np.abs(due[:3])))
+def test_an_ins_that_is_corrected_at_the_start_goes_the_true_way(opened: Open) -> None:
+    """Large errors, no drifts: what is recorded for 4 h less the correction of the first instant is where the vehicle was."""
+    wrong = (
+        "source.errors={attitude: [2 arcmin, -3 arcmin, 10 arcmin], velocity: [1 m/s, -2 m/s], latitude: 5 arcmin, "
+        "longitude: 3 arcmin, gyro_bias: 0 deg/h, accel_bias: 0 ug}"
+    )
+    problem = opened("ins_6", wrong, "source.noise=false")
+    record = load_record(problem)
+    assert record.truth is not None
+    ins, true = record.streams["ins"].values, record.truth.values
+    params = np.array([0.0, 9.80665])
+    errors = np.zeros(12)
+    errors[:3], errors[3:5] = true["attitude_error_t"][0], ins[0, 2:4] - true["velocity_t"][0]
+    errors[[6, 9]] = ins[0, :2] - [true["latitude"][0], true["longitude"][0]]
+    state = correct(np.concatenate([ins[0], np.zeros(7)]), errors, params)
+    rows = []
+    for row in ins[1:]:
+        state, _, end = step(state, np.concatenate([[10.0], row]), params)
+        rows.append(end)
+    found = np.array(rows)
+    assert np.max(np.abs(ins[1:, 2:4] - true["velocity_t"][1:])) > 5.0
+    np.testing.assert_allclose(found[:, 2:4], true["velocity_t"][1:], rtol=0, atol=2e-3)
+    np.testing.assert_allclose(found[:, 0], true["latitude"][1:], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found[:, 1], true["longitude"][1:], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found[:, 8:11], true["attitude_error_t"][1:], rtol=0, atol=1e-6)
 
 
 def test_a_row_that_is_not_complete_is_refused_and_a_gap_is_bridged_and_flagged(opened: Open) -> None:
