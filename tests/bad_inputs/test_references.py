@@ -225,3 +225,17 @@ def test_38_an_arrival_that_is_none_is_refused_and_one_before_its_own_instant_to
     found = check(logged, *run, "--set", "source.streams.fix.arrival=recieved")
     assert found.code == 5
     found.says("recieved")
+
+
+def test_38_rows_with_an_arrival_pass_checks_and_a_counter_and_no_filter_that_mixes_them(
+    check: Check, logged: str, folder: Path
+) -> None:
+    _, lines = arriving({10: 3.3})
+    (folder / "log.csv").write_text("\n".join(["time,received,x,y", *lines]) + "\n")
+    run = ("--json", "--set", "source.streams.fix.file=log.csv", *ARRIVAL)
+    answer = json.loads(check(f"{logged}preprocess:\n  range: {CLIP}\n  frozen: {STUCK}\n", *run, command="run").out)
+    assert events(answer, "late") == [("fix", 5.5, 1)]
+    smooth = "{kind: fir_lowpass, stream: fix, into: fix, columns: [x, y], rate: 2 Hz, taps: 5, cutoff: 0.3 Hz}"
+    found = check(f"{logged}preprocess:\n  smooth: {smooth}\n", *run, command="run")
+    assert found.code == 5
+    found.says("the rows of stream 'fix' say when they arrived; they cannot be filtered", "leave `arrival` out")

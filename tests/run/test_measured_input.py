@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -160,3 +161,10 @@ def test_what_cannot_be_is_refused(composed: Composed) -> None:
         ConfigError, match=r"cannot make the readings of the input 'current'\s+use a schedule, or a log"
     ):
         load_record(simulated)
+
+
+def test_readings_of_an_input_that_say_when_they_arrived_are_refused(composed: Composed) -> None:
+    record = logged()
+    late = {name: replace(stream, arrival=stream.time + 1.0) for name, stream in record.streams.items()}
+    with pytest.raises(DataError, match="reads the stream 'log', whose rows say when they arrived"):
+        run_problem(composed(BATTERY), record=replace(record, streams=late))

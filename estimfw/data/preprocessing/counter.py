@@ -209,8 +209,16 @@ def counted(
         columns=tuple(columns.values()),
         kind=KINDS[output],
         period=period,
+        arrival=_arrival(raw.arrival, first),
     )
     return result, events
+
+
+def _arrival(arrival: FloatArray | None, first: int) -> FloatArray | None:
+    """What is made of two counts is known when both are there."""
+    if arrival is None or not first:
+        return arrival
+    return np.maximum(arrival[1:], arrival[:-1])
 
 
 def _output(one: Increments, output: str, period: float) -> FloatArray:

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.data.preprocessing.rows import columns_of, count_of, ordered, period_of
+from estimfw.data.preprocessing.rows import columns_of, count_of, ordered, period_of, refuse_arrival
 from estimfw.data.record import Event, FloatArray, Stream
 from estimfw.errors import ConfigError, DataError
 
@@ -127,6 +127,7 @@ def low_passed(
     -----
     Where a hole longer than ``longest_gap`` touches the window the output is NaN, and an event says how often.
     """
+    refuse_arrival(stream, "filtered")
     raw, events = ordered(stream)
     period, means = period_of(raw, low_pass.rate), raw.kind != "sample"
     taps = taps_for(low_pass, period, means=means)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimfw.data.preprocessing.rows import GAP, columns_of, count_of, ordered, period_of
+from estimfw.data.preprocessing.rows import GAP, columns_of, count_of, ordered, period_of, refuse_arrival
 from estimfw.data.record import SAME, Event, FloatArray, Stream
 from estimfw.data.row_order import jump_near, known_jump
 from estimfw.errors import DataError
@@ -62,6 +62,7 @@ def joined(
     -----
     Rows are cut by stamps alone. Where readings are missing the column is NaN, and an event says how often.
     """
+    refuse_arrival(source, "joined onto another stream")
     target, events = ordered(target)
     source, more = ordered(source)
     taken = [name for name in columns.values() if name in target.columns]

@@ -13,7 +13,7 @@ from estimfw.data.sampling import check_rate
 from estimfw.errors import DataError
 from estimfw.spelling import did_you_mean
 
-__all__ = ["GAP", "columns_of", "count_of", "ordered", "period_of", "stream_of"]
+__all__ = ["GAP", "columns_of", "count_of", "ordered", "period_of", "refuse_arrival", "stream_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -84,6 +84,15 @@ def _refuse_jump(stream: Stream, step: FloatArray) -> None:
         raise DataError(
             f"stream {stream.name!r}: the time jumps from {stream.time[at]:.10g} s to {stream.time[at + 1]:.10g} s{guess}",
             hint="correct the log, or cut it there",
+        )
+
+
+def refuse_arrival(stream: Stream, done: str) -> None:
+    """DataError where rows that say when they arrived are to be made into others, of which nobody knows that."""
+    if stream.arrival is not None:
+        raise DataError(
+            f"the rows of stream {stream.name!r} say when they arrived; they cannot be {done}",
+            hint="leave `arrival` out of the log, and all rows count as in time",
         )
 
 
