@@ -71,7 +71,8 @@ def command(file: Path, check: bool, as_json: bool, output: Path | None, force: 
     if output is not None:
         from estimfw.report.claims_page import write_claims
 
-        say(f"wrote {', '.join(str(p) for p in write_claims(stated, judged, results, output, force=force))}")
+        page, *pictures = write_claims(stated, judged, results, output, force=force)
+        say(f"wrote {page}" + (f" and {len(pictures)} pictures beside it" if pictures else ""))
     lost = [one.claim.text for one in judged if one.verdict != "holds"]
     if check and lost:
         raise CheckError(f"{len(lost)} of {len(judged)} claims do not hold as they stand: {'; '.join(lost)}")

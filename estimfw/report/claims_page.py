@@ -83,8 +83,11 @@ def figure_charts(stated: ClaimFile, results: Results, points: int) -> dict[tupl
 
 
 def _own(figure: int, name: str, dataset: xr.Dataset, points: int) -> Iterator[Chart]:
+    states = "estimate" in dataset
+    if states and "output_value" in dataset:
+        dataset = dataset.drop_vars("output_value")  # outputs would show the sigmas of the same states again
     for chart in charts_of(dataset, points):
-        if chart.section in SHOWN:
+        if chart.section in (SHOWN if states else ("outputs",)):
             key = f"figure_{figure + 1}_{slug(name)}_{chart.key}"
             yield replace(chart, key=key, title=f"{name}: {chart.title[:1].lower()}{chart.title[1:]}")
 
