@@ -21,10 +21,11 @@ FloatArray = NDArray[np.float64]
 def recorded_inputs(inputs: Sequence[KnownInput], record: Record) -> tuple[InputValues, ...]:
     """The values of all inputs over a record; DataError where it lacks a stream or a column, or rows say when they arrived."""
     for known in inputs:
-        if known.stream in record.streams and record.streams[known.stream].arrival is not None:
+        stream = record.streams.get(known.stream) if known.stream is not None else None
+        if stream is not None and stream.arrival is not None:
             raise DataError(
-                f"the input {known.name!r} reads the stream {known.stream!r}, whose rows say when they arrived: a run does not know "
-                "what a live filter would have held until then",
+                f"the input {known.name!r} reads the stream {known.stream!r}, whose rows say when they arrived: a run "
+                "does not know what a live filter would have held until then",
                 hint="leave `arrival` out of that log, and all its rows count as in time",
             )
     return tuple(input_values(known, record.streams) for known in inputs)
