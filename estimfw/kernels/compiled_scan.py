@@ -62,6 +62,7 @@ def scan(
     fusing = fusion_space(n, offsets[-1], max(1, R.shape[1]))
     last_dt, last_row, last_inputs = -1.0, np.zeros(watched.shape[0]), np.zeros(inputs.shape[1])
     every_input = np.arange(inputs.shape[1])
+    stepping, driven = watched.shape[0] > 0, inputs.shape[1] > 0
     transitions, noises, drifts, forms = moves
     moving = forms.shape[0] > 0
     for k in range(dts.shape[0]):
@@ -75,9 +76,11 @@ def scan(
         complete_end(row)
         dt = dts[k]
         if dt > 0.0:
-            moved = _moved(process_row, watched, last_row)
-            driven = _moved(inputs[k], every_input, last_inputs)
-            stale = dt != last_dt or moved or driven
+            stale = dt != last_dt
+            if stepping and _moved(process_row, watched, last_row):
+                stale = True
+            if driven and _moved(inputs[k], every_input, last_inputs):
+                stale = True
             if stale:
                 complete_process(process_row)
             predict(x, form, ud, process_row, inputs[k], dt, doublings[k], stale, process, method, predicting)
