@@ -35,9 +35,9 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A working directory with the files of an hour of the simulated voyage in ``drive``."""
     folder = tmp_path_factory.mktemp("voyage")
     config = str(EXAMPLES / "ins_const11_heading.yaml")
-    assert (
-        main(["simulate", config, "--set", "source.duration=1 h", "--format", "csv", "-o", str(folder / "drive")]) == 0
-    )
+    for kind in ("csv", "npz"):
+        into = ["--format", kind, "-o", str(folder / "drive"), "--force"]
+        assert main(["simulate", config, "--set", "source.duration=1 h", *into]) == 0
     return folder
 
 
@@ -56,11 +56,13 @@ def run(drive: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
     return told
 
 
-def test_the_files_give_what_the_simulation_gave_to_the_last_digit(run: Callable[..., Told]) -> None:
+@pytest.mark.parametrize("kind", ["csv", "npz"])
+def test_the_files_give_what_the_simulation_gave_to_the_last_digit(run: Callable[..., Told], kind: str) -> None:
     longitude = "blocks.longitude_error={kind: ins_errors.longitude_error, sigma: 2.2210284e-6 rad}"
     simulated = str(EXAMPLES / "ins_const11_heading.yaml")
     whole = json.loads(run("--json", "--set", longitude, "--set", "source.duration=1 h", config=simulated).out)
-    read = json.loads(run("--json").out)
+    files = [f"source.streams.{name}.file=drive/{name}.{kind}" for name in ("ins", "velocity", "heading")]
+    read = json.loads(run("--json", *(word for one in files for word in ("--set", one))).out)
     for label, state in whole["states"].items():
         for what in ("value", "sigma", "truth", "error"):
             assert read["states"][label][what] == pytest.approx(state[what], rel=1e-12, abs=1e-18), (label, what)
