@@ -1,4 +1,4 @@
-"""Compiled scans, generated for the provider of a plugin and cached on disk.
+"""Compiled scans, generated for the provider of a plugin, and compiled smoothers, cached on disk.
 
 Modules are written into the cache folder: those of the kernels, `compiled_derived` with the twins of the plan's derived
 variables, and `compiled_scan` with the provider's own compiled ``step`` and ``correct`` in its import line. Their names are
@@ -18,22 +18,24 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any
 
 from estimfw.kernels.completion import NOTHING, Completion, completion_text
 from estimfw.model.nominal import CompiledScan
 
-__all__ = ["cache_folder", "compiled_scan_for"]
+__all__ = ["cache_folder", "compiled_scan_for", "compiled_smoother"]
 
 #: What is generated, each module behind those that it imports; the last is the scan, which has the provider's line.
 MODULES = (
     "compiled_products", "compiled_discretise", "compiled_recursions", "compiled_fuse", "compiled_steps", "compiled_derived",
     "compiled_scan",
 )  # fmt: skip
+#: The same for a smoother.
+SMOOTHER_MODULES = ("compiled_products", "compiled_recursions", "compiled_smooth")
 #: Modules whose constants numba freezes into those.
 CONSTANTS = ("fuse", "ud")
 PROVIDER_LINE = "from estimfw.kernels.no_provider import correct, step  # provider"
@@ -67,26 +69,38 @@ def compiled_scan_for(provider: CompiledScan | None, completion: Completion = NO
     root = cache_folder()
     modules = [_load(root, name, text) for name, text in _texts(provider, completion)]
     foreign = [(provider.module, provider.step), (provider.module, provider.correct), *_twins(completion)]
-    made: Callable[..., Any] = modules[-1].__dict__.setdefault("checked", _Checked(modules, foreign))
+    made: Callable[..., Any] = modules[-1].__dict__.setdefault("checked", _Checked(modules, foreign, modules[-1].scan))
+    return made
+
+
+def compiled_smoother() -> ModuleType:
+    """`estimfw.kernels.compiled_smooth` as machine code that is never older than what it is made of."""
+    root, last = cache_folder(), SMOOTHER_MODULES[-1]
+    texts = _renamed(SMOOTHER_MODULES, {last: (_source(last), [_source("smooth")])})  # whose constants it takes over
+    modules = [_load(root, name, text) for name, text in texts.values()]
+    own = modules[-1]
+    checked = ModuleType("compiled_smoother", own.__doc__)
+    checked.__dict__.update({name: _Checked(modules, [], getattr(own, name)) for name in own.__all__})
+    made: ModuleType = own.__dict__.setdefault("checked", checked)
     return made
 
 
 class _Checked:
-    """A scan that notes the checksums of its machine code on disk as often as some was made."""
+    """A function that notes the checksums of its machine code on disk as often as some was made."""
 
-    def __init__(self, modules: list[ModuleType], foreign: list[tuple[str, str]]) -> None:
-        self.modules, self.foreign, self.scan, self.known = modules, foreign, modules[-1].scan, 0
+    def __init__(self, modules: list[ModuleType], foreign: list[tuple[str, str]], function: Any) -> None:
+        self.modules, self.foreign, self.function, self.known = modules, foreign, function, 0
 
     def __call__(self, *args: Any) -> Any:
         try:
-            result = self.scan(*args)
+            result = self.function(*args)
         except Exception:
             if self.known:
                 raise
             _discard(self.foreign)
-            result = self.scan(*args)
-        if self.known != len(self.scan.overloads):
-            self.known = len(self.scan.overloads)
+            result = self.function(*args)
+        if self.known != len(self.function.overloads):
+            self.known = len(self.function.overloads)
             for module in self.modules:
                 _note(module)
         return result
@@ -105,23 +119,34 @@ def _twins(completion: Completion) -> list[tuple[str, str]]:
 
 
 def _texts(provider: CompiledScan, completion: Completion = NOTHING) -> list[tuple[str, str]]:
-    """Name and text of each module, in the order in which they are imported."""
+    """Name and text of each module of a scan, in the order in which they are imported."""
+    line = f"from {provider.module} import {provider.correct} as correct, {provider.step} as step"
+    scan = _source(MODULES[-1]).replace(PROVIDER_LINE, line)
+    given = {MODULES[-1]: (scan, [_origin(provider.module)])}
+    if completion != NOTHING:
+        twins = [_origin(name) for name in dict.fromkeys(name for name, _ in _twins(completion))]
+        given["compiled_derived"] = completion_text(completion), twins
+    return list(_renamed(MODULES, given).values())
+
+
+def _renamed(
+    modules: Sequence[str], given: Mapping[str, tuple[str, list[str]]] = MappingProxyType({})
+) -> dict[str, tuple[str, str]]:
+    """Name and text by module; names tell what the text is and what it imports.
+
+    ``given``: a text in place of the module's own, and what else it is made of.
+    """
     import numba
     import numpy as np
 
     shared = [*map(_source, CONSTANTS), numba.__version__, np.__version__, sys.version]
-    line = f"from {provider.module} import {provider.correct} as correct, {provider.step} as step"
     made: dict[str, tuple[str, str]] = {}
-    for module in MODULES:
-        derived = module == "compiled_derived" and completion != NOTHING
-        text = completion_text(completion) if derived else _source(module)
-        own = [_origin(name) for name in dict.fromkeys(name for name, _ in _twins(completion))] if derived else []
+    for module in modules:
+        text, own = given[module] if module in given else (_source(module), [])
         for earlier, (name, _) in made.items():
             text = text.replace(f"from estimfw.kernels.{earlier} import", f"from {name} import")
-        if module == MODULES[-1]:
-            text, own = text.replace(PROVIDER_LINE, line), [_origin(provider.module)]
         made[module] = f"estimfw_{module}_{_hash([text, *shared, *own])}", text
-    return list(made.values())
+    return made
 
 
 def _origin(module: str) -> str:

@@ -156,9 +156,9 @@ def smoothing_kernel(scan: Scan) -> ModuleType:
     """Compiled where the filter is."""
     if scan.name != "numba":
         return smooth
-    from estimfw.kernels import compiled_smooth
+    from estimfw.kernels.generated import compiled_smoother
 
-    return compiled_smooth
+    return compiled_smoother()
 
 
 def smoothed_outputs(

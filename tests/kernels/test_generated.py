@@ -81,7 +81,7 @@ def run(value: float = 2.0, provider: CompiledScan | None = None) -> tuple[float
     forget()
     scan: Any = generated.compiled_scan_for(provider)
     result = scan(np.array([value]))
-    return float(result), sum(scan.scan.stats.cache_misses.values())
+    return float(result), sum(scan.function.stats.cache_misses.values())
 
 
 def files(folder: Path, pattern: str) -> list[Path]:
@@ -138,11 +138,21 @@ def test_code_made_from_older_sources_is_never_met(folder: Path, name: str) -> N
 
 def test_generated_code_imports_generated_code_alone() -> None:
     # A module of the package would be one whose changes numba's cache does not see.
-    texts = [text for _, text in generated._texts(generated.NO_PROVIDER)]
-    names = {name for name, _ in generated._texts(generated.NO_PROVIDER)}
-    imported = {word for text in texts for word in re.findall(r"^from (\S*compiled\S*) import", text, re.MULTILINE)}
-    assert len(names) == len(list(Path(generated.__file__).parent.glob("compiled_*.py")))
-    assert len(imported) == len(names) - 1 and imported < names
+    last = generated.SMOOTHER_MODULES[-1]
+    made = (generated._texts(generated.NO_PROVIDER), list(generated._renamed(generated.SMOOTHER_MODULES).values()))
+    for texts in made:
+        names = {name for name, _ in texts}
+        imported = {w for _, text in texts for w in re.findall(r"^from (\S*compiled\S*) import", text, re.MULTILINE)}
+        assert len(imported) == len(names) - 1 and imported < names
+    there = {path.stem for path in Path(generated.__file__).parent.glob("compiled_*.py")}
+    assert there == {*generated.MODULES, last}
+
+
+def test_a_smoother_made_from_older_sources_is_never_met(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = generated._renamed(generated.SMOOTHER_MODULES)
+    monkeypatch.setattr(generated, "_source", lambda module, read=generated._source: read(module) + "# changed\n")
+    after = generated._renamed(generated.SMOOTHER_MODULES)
+    assert all(before[module][0] != after[module][0] for module in generated.SMOOTHER_MODULES)
 
 
 def test_a_provider_is_compiled_in_and_its_changes_are_seen(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
