@@ -61,6 +61,8 @@ def command(
         statistic: rms                  # or median; closer: share of runs; settled: time within a bound
         at: 600 s
         below: 0.5
+
+    Claims about sigmas, which need no draws, are those of estimfw claims.
     """
     from estimfw.cli.progress import progress
     from estimfw.config.generic.components import core_components
