@@ -16,6 +16,7 @@ from estimfw.report.panel import Band, Chart, Curve, Panel, focused, slug, thinn
 from estimfw.report.timescale import TimeScale
 from estimfw.run.result_names import DISPOSITIONS, measurement_attribute
 from estimfw.run.summary import measurement_summaries, nis_freedom
+from estimfw.units.display import DisplayUnit, display_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,17 +29,23 @@ FUSED = DISPOSITIONS.index("fused")
 def innovation_chart(dataset: xr.Dataset, name: str, scale: TimeScale, limit: int) -> Chart:
     """A panel for each component, with the +-3 sigma that the filter expects."""
     time = scale.of_seconds(dataset[f"{name}_time"].to_numpy())
-    unit = str(measurement_attribute(dataset, name, "unit") or "SI unit")
+    shown = _shown(dataset, name)
     codes = dataset[f"{name}_disposition"].to_numpy()
     panels: list[Panel] = []
     if f"{name}_innovation" in dataset:
         for column, row in enumerate(dataset[f"{name}_innovation"].to_numpy().T):
-            label = _row_label(dataset, name, column)
-            band = _innovation_band(dataset, name, column, time, limit)
-            view = focused((time, row), *(((band.time, band.lower), (band.time, band.upper)) if band else ()))
-            curves = _by_disposition(time, np.asarray(row, dtype=np.float64), codes, limit)
-            panels.append(Panel(label, unit, curves, (band,) if band else (), view=view))
+            label, values = _row_label(dataset, name, column), shown.scale * np.asarray(row, dtype=np.float64)
+            band = _innovation_band(dataset, name, column, time, shown.scale, limit)
+            view = focused((time, values), *(((band.time, band.lower), (band.time, band.upper)) if band else ()))
+            curves = _by_disposition(time, values, codes, limit)
+            panels.append(Panel(label, shown.text, curves, (band,) if band else (), view=view))
     return Chart(f"innovations_{slug(name)}", "innovations", f"{name}: innovations", scale.unit, tuple(panels))
+
+
+def _shown(dataset: xr.Dataset, name: str) -> DisplayUnit:
+    """In which unit people read the innovations of a measurement: an angle in degrees."""
+    unit = measurement_attribute(dataset, name, "unit")
+    return display_unit(str(unit), name) if unit else DisplayUnit("SI unit", 1.0)
 
 
 def _row_label(dataset: xr.Dataset, name: str, column: int) -> str:
@@ -127,9 +134,11 @@ def _by_disposition(time: FloatArray, values: FloatArray, codes: NDArray[np.int8
     return tuple(curves)
 
 
-def _innovation_band(dataset: xr.Dataset, name: str, column: int, time: FloatArray, limit: int) -> Band | None:
+def _innovation_band(
+    dataset: xr.Dataset, name: str, column: int, time: FloatArray, scale: float, limit: int
+) -> Band | None:
     if f"{name}_innovation_sigma" not in dataset:
         return None
-    spread = 3 * np.asarray(dataset[f"{name}_innovation_sigma"].to_numpy()[:, column], dtype=np.float64)
+    spread = 3 * scale * np.asarray(dataset[f"{name}_innovation_sigma"].to_numpy()[:, column], dtype=np.float64)
     time, (lower, upper) = thinned(time, (-spread, spread), limit)
     return Band("±3σ", time, lower, upper, BAND) if np.isfinite(upper).any() else None
