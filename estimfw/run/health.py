@@ -123,7 +123,7 @@ def _out_of_bounds(judge: NisJudge, name: str, time: FloatArray, nis: FloatArray
     for kind, flags, since, extreme, means in kinds:
         for first, last, ended in _stretches(flags[known]):
             begin, end = float(since[known[first]]), float(time[known[last]])
-            ratio = float(extreme(found.ratio[known[first] : known[last] + 1]))
+            ratio = float(extreme(found.ratio[known[first : last + 1]]))
             until = f"to {end:.10g} s" if ended else "to the end"
             text = (
                 f"the mean NIS of {judge.limit.epochs} epochs is {ratio:.3g} times what is expected, out of its bounds from "
