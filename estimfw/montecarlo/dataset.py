@@ -43,6 +43,7 @@ SHEET = {
     "nis": "normalised innovation squared, mean over the runs and since the instant before",
     "nis_samples": "innovations behind each NIS",
     "run_nis": "NIS of each run, mean over time",
+    "gated": "share of the epochs of each run at which a gate refused the measurement",
 }
 
 
@@ -131,4 +132,5 @@ def _nis(done: Campaign) -> dict[str, Any]:
         "nis": (("time", "measurement"), nis),
         "nis_samples": (("time", "measurement"), part["nis_freedom"] / rows),
         "run_nis": (("run", "measurement"), run),
+        "gated": (("run", "measurement"), part["run_gated"] / np.maximum(part["run_due"], 1.0)),
     }

@@ -15,6 +15,7 @@ from estimfw.errors import DataError, NumericalError
 from estimfw.estimators.many_runs import scan_runs
 from estimfw.estimators.scan import ChunkResult, FilterState, SubSteps, refuse_lost
 from estimfw.kernels import joseph, ud
+from estimfw.kernels.fuse import GATED
 from estimfw.model.nominal import InitialNominal
 from estimfw.registry.contract import plugin_code
 from estimfw.run.found_start import with_found_covariance
@@ -45,6 +46,8 @@ class Filtered:
         NaN where nothing was measured; of a gated one too.
     freedom : (R, K, measurements) array
         Components behind each NIS, 0 where there is none.
+    due, gated : (R, measurements) array
+        How often each measurement was due, and how often a gate refused it.
     """
 
     estimate: FloatArray
@@ -52,6 +55,8 @@ class Filtered:
     rows: FloatArray
     nis: FloatArray
     freedom: NDArray[np.int64]
+    due: NDArray[np.int64]
+    gated: NDArray[np.int64]
 
 
 def without_monitors(problem: Problem) -> Problem:
@@ -123,6 +128,7 @@ def _joined(problem: Problem, kept: list[tuple[ChunkResult, ChunkResult]]) -> Fi
     def joined(name: str, which: int) -> FloatArray:
         return np.concatenate([getattr(two[which], name) for two in kept], axis=1)
 
+    disposition = joined("disposition", 1)
     innovation, nis, at, freedom = joined("innovation", 1), joined("nis", 1), 0, []
     for m in problem.plan.measurements:
         freedom.append(np.isfinite(innovation[..., at : at + m.rows]).sum(axis=-1))
@@ -134,6 +140,8 @@ def _joined(problem: Problem, kept: list[tuple[ChunkResult, ChunkResult]]) -> Fi
         rows=problem.plan.layout.complete(joined("rows", 0)),
         nis=nis,
         freedom=np.where(np.isfinite(nis), counted, 0),
+        due=(disposition >= 0).sum(axis=1),
+        gated=(disposition == GATED).sum(axis=1),
     )
 
 

@@ -58,7 +58,7 @@ def run_part(task: Task, runs: Sequence[int]) -> Part:
         ``honest_squares`` (G, quantities); ``nis_total``, ``nis_freedom`` (G, measurements), each between an instant of the
         grid and the one before; of each run ``run_squares``, ``end_squares`` and their honest ones (R, quantities) (mean over
         the grid, and its last instant), ``end_error``, ``end_variance`` (R, columns), ``run_nis``, ``run_nis_freedom``
-        (R, measurements).
+        (R, measurements), ``run_due`` and ``run_gated`` (R, measurements).
     """
     draws = draw_runs(task.problem, task.seed, runs)
     done = filter_runs(task.problem, draws, task.grid, task.runs, [f"run {i} of seed {task.seed}" for i in runs])
@@ -153,8 +153,11 @@ def _over_runs(name: str, values: FloatArray) -> Part:
 
 
 def _of_squares(prefix: str, values: FloatArray) -> Part:
-    """``values`` (R, G, quantities)."""
-    over_time = {f"{prefix}run_squares": np.mean(values, axis=1), f"{prefix}end_squares": values[:, -1]}
+    """``values`` (R, G, quantities); NaN at instants at which there is nothing to judge, as of a state that is held."""
+    known = np.isfinite(values)
+    with np.errstate(invalid="ignore"):
+        mean = np.where(known, values, 0.0).sum(axis=1) / known.sum(axis=1)
+    over_time = {f"{prefix}run_squares": mean, f"{prefix}end_squares": values[:, -1]}
     return _over_runs(f"{prefix}squares", values) | over_time
 
 
@@ -166,4 +169,6 @@ def _nis(done: Filtered, grid: NDArray[np.int64]) -> Part:
         "nis_freedom": np.add.reduceat(freedom.sum(axis=0), edges, axis=0),
         "run_nis": total.sum(axis=1),
         "run_nis_freedom": freedom.sum(axis=1),
+        "run_due": done.due.astype(float),
+        "run_gated": done.gated.astype(float),
     }

@@ -67,15 +67,16 @@ class Verdict:
 def judged(dataset: xr.Dataset, confidence: float) -> tuple[Verdict, ...]:
     """Every quantity and measurement; all that are checked are consistent with this confidence if the filter is."""
     honest = "honest_nees" in dataset
-    quantities, measurements = _known(dataset, "run_nees", "quantity"), _known(dataset, "run_nis", "measurement")
-    level = level_of_each(confidence, 2 * len(quantities) + len(measurements))
+    quantities = {p: _known(dataset, f"{p}run_nees", "quantity") for p in ("honest_", "") if f"{p}nees" in dataset}
+    measurements = _known(dataset, "run_nis", "measurement")
+    most = max(len(own) for own in quantities.values())
+    level = level_of_each(confidence, 2 * most + len(measurements))
     made = [_nis(dataset, j, confidence, level) for j in measurements]
     for prefix, figure in (("honest_", "honest NEES"), ("", "NEES")):
-        if f"{prefix}nees" in dataset:
-            made += [
-                _nees(dataset, i, prefix, figure, confidence, level, checked=bool(prefix) or not honest)
-                for i in quantities
-            ]
+        made += [
+            _nees(dataset, i, prefix, figure, confidence, level, checked=bool(prefix) or not honest)
+            for i in quantities.get(prefix, ())
+        ]
     return tuple(made)
 
 
@@ -95,13 +96,14 @@ def _nees(
     freedom, runs = float(dataset["quantity_freedom"].to_numpy()[i]), dataset.sizes["run"]
     mean = dataset[f"{prefix}nees"].to_numpy()[:, i]
     bounds = instant_bounds(confidence, freedom, np.full(mean.size, float(runs)))
+    end = dataset[f"{prefix}end_nees"].to_numpy()[:, i]
     return Verdict(
         quantity=str(dataset["quantity"].to_numpy()[i]),
         kind=str(dataset["quantity_kind"].to_numpy()[i]),
         figure=figure,
         freedom=freedom,
         whole=over_time(dataset[f"{prefix}run_nees"].to_numpy()[:, i], freedom, level),
-        end=at_one_instant(dataset[f"{prefix}end_nees"].to_numpy()[:, i], freedom, level),
+        end=at_one_instant(end, freedom, level) if np.all(np.isfinite(end)) else None,
         outside=share_outside(mean, bounds[:, 0], bounds[:, 1]),
         checked=checked,
     )

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 __all__ = ["error_table", "rule", "verdict_table"]
 
+#: Share of gated epochs from which on it is told.
+MUCH = 0.02
+
 
 def error_table(dataset: xr.Dataset) -> Table:
     """Bias, rms, spread and sigmas of every output and state at the last instant, in display units."""
@@ -52,8 +55,21 @@ def verdict_table(dataset: xr.Dataset, *, brief: bool = False) -> Table:
         head,
         tuple(_verdict_row(entry) for entry in shown),
         frozenset(range(3, 9)),
-        f"and {hidden} single states and outputs, all consistent" if hidden else "",
+        " ".join([*([f"and {hidden} single states and outputs, all consistent."] if hidden else []), *_gates(dataset)]),
     )
+
+
+def _gates(dataset: xr.Dataset) -> Iterator[str]:
+    """Where gates refused so much that an honest sigma cannot hold: they decide by the errors that it is to tell."""
+    if "honest_nees" not in dataset:
+        return
+    shares = dataset["gated"].mean("run").to_numpy()
+    for name, share in zip(dataset["measurement"].to_numpy(), shares, strict=True):
+        if share > MUCH:
+            yield (
+                f"{name} was gated in {100 * share:.0f} % of its epochs: honest sigmas are those of the rows that the first run "
+                "fused, and know nothing of errors for which a gate refuses what would tell them."
+            )
 
 
 def _verdict_row(entry: dict[str, Any]) -> tuple[Cell, ...]:

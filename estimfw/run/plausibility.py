@@ -35,6 +35,9 @@ MOST_SIGMAS = 5.0
 MOST_NIS = 3.0
 """Mean NIS over its expectation: sigmas are too small by its root."""
 
+MUCH_GATED = 0.05
+"""Share of gated epochs: a right filter with a gate of 99 % has a fifth of it."""
+
 
 def unmeasured(
     model: Model, reference: Mapping[str, FloatArray], prior: tuple[FloatArray, FloatArray], elapsed: FloatArray,
@@ -127,4 +130,16 @@ def cautions(dataset: xr.Dataset) -> list[str]:
             f"the mean NIS of {m.name} is {m.nis_mean:.3g} where {m.freedom:.3g} is expected: the sigmas are too small, by "
             f"about {np.sqrt(ratio):.2g} times"
         )
-    return told
+    return [*told, *_much_gated(dataset)]
+
+
+def _much_gated(dataset: xr.Dataset) -> list[str]:
+    """A gate looks at the errors themselves: where it refuses much, sigmas that take the fused rows as given cannot be honest."""
+    if "honest_sigma" not in dataset:
+        return []
+    return [
+        f"{m.name} was gated in {100 * m.counts['gated'] / m.total:.0f} % of its epochs: honest sigmas take as given what was "
+        "fused, and know nothing of errors for which a gate refuses what would tell them"
+        for m in measurement_summaries(dataset)
+        if m.counts["gated"] > MUCH_GATED * m.total
+    ]

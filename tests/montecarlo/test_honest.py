@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from estimfw.montecarlo.draw import draw_runs
+from estimfw.report.montecarlo_tables import verdict_table
 from estimfw.run.load import load_record
 
 #: Fixes that are off by a constant, which one policy leaves out.
@@ -72,3 +73,44 @@ def test_honest_sigmas_pass_where_the_own_ones_do_not(
     own, honest = (float(dataset[name].sel(state="position[x]")[-1]) for name in ("sigma", "honest_sigma"))
     assert abs(honest / np.hypot(own, 4.0) - 1.0) < 0.01
     assert abs(float(dataset["honest_ratio"].sel(state="position[x]")[-1]) - 1.0) < 0.2
+
+
+HELD = """
+estimfw: 1
+name: position held for a while, then gated
+blocks:
+  position: {kind: random_constant, unit: m, axes: [x], sigma: 5 m}
+  velocity: {kind: random_walk, unit: m/s, axes: [x], sigma: 5 m/s, noise: 0.3 m/s/sqrt(s)}
+process:
+  kinematics: {kind: couple, target: position, source: velocity, coefficient: 1}
+measurements:
+  fix: {kind: direct, of: [{block: position}], noise: 3 m}
+  speed: {kind: direct, of: [{block: velocity}], noise: 0.2 m/s}
+estimator:
+  kind: kalman
+  gate: 0.999
+  covariance_samples: 20
+  stages: [{name: held, until: 20 s, estimate: [velocity], measurements: [speed]}, {name: both}]
+source: {kind: simulate_model, duration: 40 s, rate: 2 Hz, seed: 7}
+"""
+
+
+def test_what_is_held_for_a_while_is_judged_where_it_is_estimated(
+    composed: Callable[..., Any], judged_runs: Callable[..., xr.Dataset]
+) -> None:
+    result = judged_runs(composed(HELD), 20)
+    entries = {(e["quantity"], e["figure"]): e for e in json.loads(result.attrs["judged"])}
+    own, honest = entries["position[x]", "NEES"], entries["position[x]", "honest NEES"]
+    assert np.isnan(result["nees"].sel(quantity="position[x]").to_numpy()[0]) and np.isfinite(own["over_time"]["mean"])
+    assert honest["checked"] and np.isfinite(honest["over_time"]["mean"])
+
+
+def test_gates_that_refuse_much_are_told_beside_honest_sigmas(
+    composed: Callable[..., Any], judged_runs: Callable[..., xr.Dataset]
+) -> None:
+    result = judged_runs(composed(HELD), 20)
+    share = float(result["gated"].sel(measurement="fix").mean())
+    assert share > 0.05
+    assert f"fix was gated in {100 * share:.0f} % of its epochs" in verdict_table(result).note
+    free = judged_runs(composed(HELD.replace("  gate: 0.999\n", "")), 20)
+    assert float(free["gated"].max()) == 0.0 and "gated" not in verdict_table(free).note

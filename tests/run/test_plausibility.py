@@ -90,3 +90,16 @@ def test_mean_and_sigma_without_measurements_follow_the_lyapunov_equation(rate: 
     np.testing.assert_allclose(sigma[:, 0] ** 2, [(expm(lyapunov * one) @ [4.0, 1.0])[0] for one in t], rtol=1e-12)
     np.testing.assert_allclose(mean[:, 0], 5.0 * np.exp(rate * t), rtol=1e-12)
     assert np.isnan(unmeasured(model, {}, model.prior.evaluate({}), t, frozenset({"x"}))[1]).all()
+
+
+def test_gates_that_refuse_much_are_told_where_sigmas_are_honest(composed: Composed) -> None:
+    held = (
+        BIASES
+        + "estimator: {kind: kalman, gate: 0.99, stages: [{name: one, until: 200 s, estimate: [bias]}, {name: all}]}\n"
+    )
+    part = held.replace("estimate: [bias]", "estimate: ['bias[x]', 'bias[y]']")
+    rows = np.tile([0.5, -0.5, 9.0], (400, 1))
+    told = cautions(run(composed(part), rows, ("x", "y", "z")))
+    assert any(one.startswith("fix was gated in ") and "honest sigmas take as given" in one for one in told)
+    right = cautions(run(composed(part), np.tile([0.5, -0.5, 0.0], (400, 1)), ("x", "y", "z")))
+    assert not any("gated" in one for one in right)
