@@ -24,20 +24,21 @@ def correction_table(dataset: xr.Dataset) -> Table:
     every = corrections(dataset)
     if not every:
         return Table(("",), ())
+    sigma = "honest σ" if any(np.isfinite(one.honest) for one in every) else "σ"
     if not any(np.isfinite(one.before.rms) for one in every):
         told = tuple((Cell(one.label), *_corrected(one), Cell(one.unit)) for one in every)
-        return Table(("", "corrected by", "σ after", "unit"), told, frozenset({1, 2}), UNKNOWN_TRUTH)
+        return Table(("", "corrected by", f"{sigma} after", "unit"), told, frozenset({1, 2}), UNKNOWN_TRUTH)
     smoothed = any(one.smoothed is not None for one in every)
     more = ("rms smoothed",) if smoothed else ()
-    head = ("", "rms recorded", "rms corrected", *more, "end recorded", "end corrected", "σ at the end", "unit")
+    head = ("", "rms recorded", "rms corrected", *more, "end recorded", "end corrected", f"{sigma} at the end", "unit")
     rows = tuple(_row(one, smoothed) for one in every)
     return Table(head, rows, frozenset(range(1, len(head) - 1)), KNOWN)
 
 
 def _row(one: Correction, smoothed: bool) -> tuple[Cell, ...]:
     more = (Cell(_rms(one.smoothed)),) if smoothed else ()
-    end, sigma = plus_minus(one.after.end, one.sigma)
-    recorded = plus_minus(one.before.end, one.sigma)[0]
+    end, sigma = plus_minus(one.after.end, one.trusted)
+    recorded = plus_minus(one.before.end, one.trusted)[0]
     return (
         Cell(one.label), Cell(_rms(one.before)), Cell(_rms(one.after)), *more, Cell(recorded), Cell(end), Cell(sigma),
         Cell(one.unit),
@@ -49,5 +50,5 @@ def _rms(misses: Misses | None) -> str:
 
 
 def _corrected(one: Correction) -> tuple[Cell, Cell]:
-    by, sigma = plus_minus(one.by, one.sigma)
+    by, sigma = plus_minus(one.by, one.trusted)
     return Cell(by), Cell(sigma)

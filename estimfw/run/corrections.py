@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -40,8 +41,8 @@ class Correction:
         Of the smoothed trajectory, where there is one.
     by : float
         What it was corrected by at the end: recorded minus corrected.
-    sigma : float
-        Of the corrected value there.
+    sigma, honest : float
+        Of the corrected value there: the filter's own, and that on the truth model (of a reduced or staged filter, else NaN).
     """
 
     label: str
@@ -51,6 +52,12 @@ class Correction:
     smoothed: Misses | None
     by: float
     sigma: float
+    honest: float
+
+    @property
+    def trusted(self) -> float:
+        """The sigma to go by: the honest one where there is one."""
+        return self.honest if math.isfinite(self.honest) else self.sigma
 
 
 def corrections(dataset: xr.Dataset) -> tuple[Correction, ...]:
@@ -67,6 +74,7 @@ def corrections_json(dataset: xr.Dataset) -> dict[str, Any]:
             "unit": one.unit,
             "correction": one.by,
             "sigma": one.sigma,
+            **({"honest_sigma": one.honest} if math.isfinite(one.honest) else {}),
             **{
                 f"error_{name}": {"rms": misses.rms, "end": misses.end}
                 for name, misses in (("before", one.before), ("after", one.after), ("smoothed", one.smoothed))
@@ -97,9 +105,12 @@ def _of(dataset: xr.Dataset, i: int) -> Correction:
         error = wrapped(column(name) - truth, period)[known] * scale[known]
         return Misses(float(np.sqrt(np.mean(error**2))), float(error[-1]))
 
+    def sigma(name: str) -> float:
+        return float(column(name)[last] * scale[last]) if name in dataset else math.nan
+
     by = wrapped(column("output_recorded") - column("output_value"), period)
     smoothed = misses("smoothed_output") if "smoothed_output" in dataset else None
     return Correction(
         str(dataset["output"].to_numpy()[i]), unit, misses("output_recorded"), misses("output_value"), smoothed,
-        float(by[last] * scale[last]), float(column("output_sigma")[last] * scale[last]),
+        float(by[last] * scale[last]), sigma("output_sigma"), sigma("output_honest_sigma"),
     )  # fmt: skip
