@@ -84,24 +84,45 @@ def _evolve_alone(model: Model, corrected: frozenset[str]) -> list[bool]:
 
 
 def implausible_events(dataset: xr.Dataset) -> tuple[Event, ...]:
-    """States that end more than 5 prior sigmas from their prior, the worst first; each an event at the end of the result."""
+    """States that end more than 5 prior sigmas from their prior, the worst first; each an event at the end of the result.
+
+    Notes
+    -----
+    What a reduction or a stage leaves out moves estimates too, and contradicts nothing. The estimate less the prior mean is
+    e + (x - m), e = x^ - x. By the filter's own account Cov(e, x - m) = -P, P its own variance, and its variance is M - P, M
+    that of the prior; errors that it does not know of, of variance H - P where H is the honest one, come on top and do not
+    depend on x. So M + max(H - P, 0) is what it may have at most; M where the filter's own account is right.
+    """
     time = dataset["time"].to_numpy()
     if "unmeasured_sigma" not in dataset or not time.size:
         return ()
     known, end = dataset["covariance_time"].to_numpy(), float(time[-1])
+    unknown = _unknown_variance(dataset)
     found = []
     for i, label in enumerate(dataset["state"].to_numpy()):
         mean, sigma = (
             float(np.interp(end, known, dataset[f"unmeasured_{part}"].to_numpy()[:, i])) for part in ("mean", "sigma")
         )
         off = abs(float(dataset["estimate"].to_numpy()[-1, i]) - mean)
-        if sigma > 0.0 and off > MOST_SIGMAS * sigma:
-            found.append((off / sigma, str(label)))
-    return tuple(Event(end, label, IMPLAUSIBLE, _told(label, ratio), 1) for ratio, label in sorted(found, reverse=True))
+        possible = float(np.sqrt(sigma**2 + unknown[i]))
+        if sigma > 0.0 and off > MOST_SIGMAS * possible:
+            found.append((off / possible, _told(str(label), off / sigma, off / possible), str(label)))
+    return tuple(Event(end, label, IMPLAUSIBLE, text, 1) for _, text, label in sorted(found, reverse=True))
 
 
-def _told(label: str, ratio: float) -> str:
-    return f"{label} is {ratio:.3g} prior sigmas from its prior: the data contradict the configured start, site, units or noise"
+def _unknown_variance(dataset: xr.Dataset) -> FloatArray:
+    """(n,) of the errors at the end that the filter's own sigmas leave out; 0 where nothing is known of them."""
+    own = dataset["sigma"].to_numpy()[-1]
+    if "honest_sigma" not in dataset:
+        return np.zeros_like(own)
+    more = dataset["honest_sigma"].to_numpy()[-1] ** 2 - own**2
+    return np.where(np.isfinite(more), np.maximum(more, 0.0), 0.0)
+
+
+def _told(label: str, ratio: float, possible: float) -> str:
+    less = f", {possible:.3g} sigmas with what the honest sigma adds" if possible < 0.99 * ratio else ""
+    fault = "the data contradict the configured start, site, units or noise"
+    return f"{label} is {ratio:.3g} prior sigmas from its prior{less}: {fault}"
 
 
 def _refused(dataset: xr.Dataset, measurement: str) -> bool:

@@ -36,6 +36,14 @@ process: {kinematics: {kind: couple, target: position, source: velocity, coeffic
 measurements: {fix: {kind: direct, of: [{block: position}], noise: 0.1 m}}
 """
 
+HELD = """estimfw: 1
+blocks:
+  a: {kind: random_constant, unit: m, sigma: 1 m}
+  b: {kind: random_constant, unit: m, sigma: 10 m}
+measurements: {fix: {kind: direct, of: [{block: a}, {block: b}], noise: 0.1 m}}
+estimator: {kind: kalman, stages: [{name: first, estimate: [a]}]}
+"""
+
 
 def run(problem: Problem, rows: np.ndarray, columns: tuple[str, ...]) -> xr.Dataset:
     time = np.arange(1.0, len(rows) + 1)
@@ -66,6 +74,28 @@ def test_states_that_others_drive_or_that_walk_are_held_against_what_they_may_do
     result = run(composed(WALK), 0.075 * time[:, None] ** 2, ("fix",))
     assert result["estimate"][-1, 1] > 300 * 0.1
     assert cautions(result) == []
+
+
+def test_what_a_held_state_does_to_an_estimate_is_no_contradiction_unless_it_is_more_than_it_may_do(
+    composed: Composed,
+) -> None:
+    """The fix reads a + b, and b, 10 m by its prior, is believed to be zero: a takes all of it."""
+    result = run(composed(HELD), np.full((400, 1), 15.0), ("fix",))
+    assert result["estimate"][-1, 0] > 14.9, "15 prior sigmas"
+    assert result["honest_sigma"][-1, 0] == pytest.approx(10.0, rel=1e-3)
+    assert [e for e in events_of(result) if e.kind == "implausible"] == []
+    result = run(composed(HELD), np.full((400, 1), 80.0), ("fix",))
+    (told,) = [e.text for e in events_of(result) if e.kind == "implausible"]
+    assert told.startswith("a is 80 prior sigmas from its prior, 7.96 sigmas with what the honest sigma adds: ")
+    assert told in cautions(result)
+
+
+def test_honest_sigmas_that_are_the_own_ones_excuse_nothing(composed: Composed) -> None:
+    text = HELD.replace("estimate: [a]", "consider: [b]").replace("10 m", "0.001 m")
+    result = run(composed(text), np.full((400, 1), 5.1), ("fix",))
+    assert "honest_sigma" in result
+    (told,) = [e.text for e in events_of(result) if e.source == "a" and e.kind == "implausible"]
+    assert told.startswith("a is 5.1 prior sigmas from its prior: ")
 
 
 def test_innovations_far_above_what_is_expected_are_told(composed: Composed) -> None:
