@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,10 +28,10 @@ from estimfw.run.exchanged import silences_begun
 from estimfw.run.given_start import given_start
 from estimfw.run.held_inputs import HeldInputs
 from estimfw.run.indefinite_noise import indefinite_noise
-from estimfw.run.outputs import output_values
 from estimfw.run.prepare import begin, timed_samples
 from estimfw.run.recovery import Recovery, acts
 from estimfw.run.rewind import Arrived, Done, History, Snapshot
+from estimfw.run.session_estimate import Estimate, estimate_of
 from estimfw.run.session_health import Watched
 from estimfw.run.session_smoother import SessionSmoother, SmoothedEstimate
 from estimfw.run.smoothing import smoothing_kernel
@@ -41,28 +41,6 @@ from estimfw.run.waiting_rows import DueRow, WaitingRows
 __all__ = ["Estimate", "Session", "SmoothedEstimate"]
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """The filter after a step.
-
-    ``states`` and ``outputs`` map a label to (value, sigma) in SI; ``covariance`` is (n, n). ``dispositions`` says what became of
-    each measurement that was due, or late since the step before; ``nis`` holds the NIS of those that were due.
-    Of a bank it is the likeliest ``member``; ``weights`` are those of all, see `estimfw.estimators.bank`.
-    ``smoothed`` are, with ``smoother: {kind: fixed_lag}``, the states that the lag has passed since the step before, the earliest
-    first: mostly one, none while the session is shorter than the lag.
-    """
-
-    time: float
-    states: Mapping[str, tuple[float, float]]
-    outputs: Mapping[str, tuple[float, float]]
-    covariance: FloatArray
-    dispositions: Mapping[str, str]
-    nis: Mapping[str, float]
-    member: str = ""
-    weights: Mapping[str, float] = field(default_factory=dict)
-    smoothed: tuple[SmoothedEstimate, ...] = ()
 
 
 class Session:
@@ -450,32 +428,13 @@ class Session:
         return fresh, every
 
     def _estimate(self, result: ChunkResult, best: int, smoothed: tuple[SmoothedEstimate, ...]) -> Estimate:
-        plan = self._plan
-        rows = plan.layout.complete(result.rows)
-        sigma = np.sqrt(np.maximum(np.diag(result.covariance[0]), 0.0))
-        outputs: dict[str, tuple[float, float]] = {}
-        for output, jacobian in plan.outputs:
-            value, spread = output_values(self.problem, output, jacobian, result, rows)
-            outputs |= {label: (float(value[0, i]), float(spread[0, i])) for i, label in enumerate(output.labels)}
-        codes = {m.name: int(result.disposition[0, j]) for j, m in enumerate(plan.measurements)}
-        due = {name: MEANINGS[code] for name, code in codes.items() if code >= 0}
-        for name, word in due.items():
-            self._counts[name][word] += 1
         late, self._late = self._late, set()
-        return Estimate(
-            time=self.time,
-            states={s: (float(result.estimate[0, i]), float(sigma[i])) for i, s in enumerate(plan.states)},
-            outputs=outputs,
-            covariance=result.covariance[0],
-            dispositions=dict.fromkeys(late, MEANINGS[LATE]) | due,
-            nis={m.name: float(result.nis[0, j]) for j, m in enumerate(plan.measurements) if m.name in due},
-            member=self._members[best].label if self.problem.kind == "bank" else "",
-            weights=self._weights(),
-            smoothed=smoothed,
-        )
-
-    def _weights(self) -> dict[str, float]:
+        made = estimate_of(self.problem, result, self.time, late)
+        for name, word in made.dispositions.items():
+            if word != MEANINGS[LATE]:
+                self._counts[name][word] += 1
         if self.problem.kind != "bank":
-            return {}
-        each = weights(self._score).tolist()
-        return {member.label: weight for member, weight in zip(self._members, each, strict=True)}
+            return replace(made, smoothed=smoothed)
+        labels = [member.label for member in self._members]
+        each = dict(zip(labels, weights(self._score).tolist(), strict=True))
+        return replace(made, member=labels[best], weights=each, smoothed=smoothed)
