@@ -50,9 +50,11 @@ lint: $(VENV)/.installed-dev  ## Style, types, import rules, freshness of the sc
 schemas: $(VENV)/.installed  ## Write schemas/ anew
 	$(BIN)/estimfw schema --write schemas
 
-picture: $(VENV)/.installed  ## The picture of the README, made anew
+picture: $(VENV)/.installed  ## The pictures of the README, made anew
 	$(BIN)/estimfw run examples/static_7.yaml --output results/static_7 --force
 	cp results/static_7/figures/output_errors_attitude.png docs/static_7.png
+	$(BIN)/estimfw run examples/ins_staged.yaml --output results/ins_staged --force
+	cp results/ins_staged/figures/state_errors_attitude_error.png docs/ins_staged.png
 
 clean:
 	rm -rf $(VENV) results .mypy_cache .ruff_cache .pytest_cache .hypothesis
