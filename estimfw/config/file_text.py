@@ -6,13 +6,15 @@ from pathlib import Path
 
 from estimfw.errors import ConfigError, Location
 
-__all__ = ["MAX_BYTES", "shown_path", "text_of"]
+__all__ = ["BEGINNING", "MAX_BYTES", "shown_path", "text_of"]
 
 #: 1 MiB.
 MAX_BYTES = 1 << 20
+#: What the config of a filter begins with.
+BEGINNING = "estimfw: 1"
 
 
-def text_of(path: Path, named: Location | None = None) -> str:
+def text_of(path: Path, named: Location | None = None, begins: str = BEGINNING) -> str:
     """Read a config file; a byte order mark is dropped.
 
     Parameters
@@ -20,6 +22,8 @@ def text_of(path: Path, named: Location | None = None) -> str:
     path : Path
     named : Location, optional
         Where the file is named (an ``extends``), for the error if it is not there.
+    begins : str
+        What a file of this kind begins with, for the error if it is empty.
 
     Raises
     ------
@@ -42,7 +46,7 @@ def text_of(path: Path, named: Location | None = None) -> str:
     except UnicodeDecodeError as cause:
         raise _not_utf8(content, cause.start, shown) from None
     if not text.strip():
-        raise ConfigError("the config is empty", location=Location(shown), hint="begin with 'estimfw: 1'")
+        raise ConfigError("the config is empty", location=Location(shown), hint=f"begin with '{begins}'")
     return text
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from estimfw.config.document import Document
-from estimfw.config.file_text import shown_path, text_of
+from estimfw.config.file_text import BEGINNING, shown_path, text_of
 from estimfw.config.merge import merged
 from estimfw.config.node import Node
 from estimfw.config.overrides import with_override
@@ -23,7 +23,7 @@ Overrides = Sequence[str] | Mapping[str, object]
 _MAX_CHAIN = 16
 
 
-def load_document(path: str | Path, overrides: Overrides = ()) -> Document:
+def load_document(path: str | Path, overrides: Overrides = (), *, begins: str = BEGINNING) -> Document:
     """Read a config file with everything it extends.
 
     Parameters
@@ -31,6 +31,8 @@ def load_document(path: str | Path, overrides: Overrides = ()) -> Document:
     path : str or Path
     overrides : sequence of str, or mapping of str to value
         ``a.b[0]=value``, from left to right.
+    begins : str
+        What a file of this kind begins with, for the error if it holds nothing or no mapping.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def load_document(path: str | Path, overrides: Overrides = ()) -> Document:
     """
     main = Path(path)
     chain: list[Path] = []
-    root = _load(main, main, None, chain)
+    root = _load(main, main, None, chain, begins)
     for text in _texts(overrides):
         root = with_override(root, text)
     return Document(root, tuple(shown_path(p) for p in chain))
@@ -72,22 +74,20 @@ def read_document(text: str, file: str = "<text>") -> Document:
     return Document(root, (file,))
 
 
-def _load(path: Path, main: Path, named: Location | None, chain: list[Path]) -> Node:
+def _load(path: Path, main: Path, named: Location | None, chain: list[Path], begins: str) -> Node:
     chain.append(path)
-    root = _mapping(nodes_of(text_of(path, named), shown_path(path)))
+    root = _mapping(nodes_of(text_of(path, named, begins), shown_path(path), begins=begins), begins)
     refuse_newer(root)
     parent = root.child("extends")
     if parent is None:
         return root
     below = _parent_path(parent, path, main, chain)
-    return merged(_load(below, main, parent.place, chain), _without_extends(root))
+    return merged(_load(below, main, parent.place, chain, begins), _without_extends(root))
 
 
-def _mapping(root: Node) -> Node:
+def _mapping(root: Node, begins: str = BEGINNING) -> Node:
     if not isinstance(root.value, dict):
-        raise ConfigError(
-            "a config is a mapping of keys to values", location=root.place, hint="begin with 'estimfw: 1'"
-        )
+        raise ConfigError("a config is a mapping of keys to values", location=root.place, hint=f"begin with '{begins}'")
     return root
 
 

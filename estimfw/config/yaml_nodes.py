@@ -14,6 +14,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.reader import ReaderError
 
+from estimfw.config.file_text import BEGINNING
 from estimfw.config.node import Entry, Node
 from estimfw.config.yaml_scalar import read_scalar
 from estimfw.errors import ConfigError, Location
@@ -26,7 +27,7 @@ MAX_DEPTH = 50
 MAX_NODES = 100_000
 
 
-def nodes_of(text: str, file: str, *, positions: bool = True) -> Node:
+def nodes_of(text: str, file: str, *, positions: bool = True, begins: str = BEGINNING) -> Node:
     """The single document of a YAML text.
 
     Parameters
@@ -36,6 +37,8 @@ def nodes_of(text: str, file: str, *, positions: bool = True) -> Node:
         Named in errors.
     positions : bool
         Whether lines and columns say something (not for a value on the command line).
+    begins : str
+        What a file of this kind begins with, for the error if there is nothing.
 
     Raises
     ------
@@ -53,7 +56,7 @@ def nodes_of(text: str, file: str, *, positions: bool = True) -> Node:
     except (YAMLError, ValueError) as cause:
         raise ConfigError(f"not YAML: {str(cause).splitlines()[0]}", location=Location(file)) from None
     if reader.root is None:
-        raise ConfigError("the config is empty", location=Location(file), hint="begin with 'estimfw: 1'")
+        raise ConfigError("the config is empty", location=Location(file), hint=f"begin with '{begins}'")
     return reader.root
 
 

@@ -62,7 +62,7 @@ class Verdict:
 
 def read_claims(path: Path) -> tuple[Claim, ...]:
     """The claims of a file; ConfigError with the place of a fault."""
-    document = load_document(path, ())
+    document = load_document(path, begins="claims:")
     return validate(Claims, document.data, document, ()).claims
 
 

@@ -90,7 +90,7 @@ def read_claim_file(path: Path) -> ClaimFile:
     ConfigError
         With the place of a fault; also where a claim or a figure names a filter that is not there.
     """
-    document = load_document(path, ())
+    document = load_document(path, begins="title: What is claimed")
     stated = validate(ClaimFile, document.data, document, ())
     for i, claim in enumerate(stated.claims):
         for k, part in enumerate(claim.parts):

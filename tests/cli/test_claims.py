@@ -36,6 +36,15 @@ claims:
 """
 
 
+@pytest.mark.parametrize("text", ["", "# nothing yet\n", "[a list]\n"])
+def test_a_file_without_claims_is_told_what_it_begins_with(estimfw: Callable[..., Told], text: str) -> None:
+    Path("none.yaml").write_text(text)
+    told = estimfw("claims", "none.yaml")
+    assert told.code == 3 and "begin with 'title: " in told.err
+    Path("none.yaml").write_text("title: What is claimed\n")  # as it was told
+    assert "the key 'filters' is missing" in estimfw("claims", "none.yaml").err
+
+
 def part(**settings: object) -> Part:
     return Part.model_validate({"text": "it", "of": ("one",), **settings})
 

@@ -36,6 +36,12 @@ def test_tables_pictures_and_verdicts(estimfw: Callable[..., Told]) -> None:
     assert Path("page_rms.png").exists() and "nobody errs" in Path("page.html").read_text()
 
 
+def test_an_empty_file_of_claims_is_told_what_it_begins_with(estimfw: Callable[..., Told]) -> None:
+    Path("none.yaml").write_text("")
+    told = estimfw("trial", *ARGUMENTS, "--claims", "none.yaml")
+    assert told.code == 3 and "begin with 'claims:'" in told.err
+
+
 def test_a_claim_that_does_not_hold_fails_the_check(estimfw: Callable[..., Told]) -> None:
     Path("claims.yaml").write_text(CLAIMS)
     told = estimfw("trial", *ARGUMENTS, "--claims", "claims.yaml", "--check", "--json")
