@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
@@ -63,6 +63,8 @@ def fault_of(model: type[BaseModel], data: Mapping[str, Any], error: ErrorDetail
             return _wrong_word(path, error["input"], str(context["expected"]))
         case "value_error" | "assertion_error":
             return Fault(path, error["msg"].partition(", ")[2] or error["msg"])
+        case "model_attributes_type" | "model_type" | "dict_type":
+            return _no_section(model, path, error["input"])
         case kind if kind.startswith(("float_", "int_")) and isinstance(error["input"], (str, bool)):
             return Fault(path, f"{_shown(error['input'])} is no number", _number_hint(error["input"]))
         case _:
@@ -108,6 +110,22 @@ def _wrong_word(path: Path, written: object, expected: str) -> Fault:
     words = re.findall(r"'([^']*)'", expected)
     hint = did_you_mean(written, words) if isinstance(written, str) and words else f"expected {expected}"
     return Fault(path, f"{_shown(written)} is not valid here", hint)
+
+
+def _no_section(model: type[BaseModel], path: Path, written: object) -> Fault:
+    """Something else where keys are due; where one of the keys is a ``kind``, a bare word is meant to be it."""
+    message = f"{_shown(written)} is no mapping of keys to values"
+    kinds = [word for m in models_at(model, path) for word in _kinds(m)]
+    if not kinds:
+        return Fault(path, message, _keys_hint(model, path))
+    if isinstance(written, str) and written not in kinds:
+        return Fault(path, message, did_you_mean(written, kinds) + f"; write {{kind: {kinds[0]}}}")
+    return Fault(path, message, f"write {{kind: {written if isinstance(written, str) else kinds[0]}}}")
+
+
+def _kinds(model: type[BaseModel]) -> tuple[str, ...]:
+    field = model.model_fields.get("kind")
+    return tuple(str(word) for word in get_args(field.annotation)) if field is not None else ()
 
 
 def _number_hint(written: str | bool) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, Strict
+from pydantic import AfterValidator, BeforeValidator, Field, Strict
 
 from estimfw.config.health import HealthConfig
 from estimfw.config.quantity_types import refuse
@@ -20,6 +20,14 @@ KIND = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)?")
 def _kind_is_a_name(value: object) -> None:
     if not isinstance(value, str) or not KIND.fullmatch(value):
         refuse(f"{value!r} is no kind", "a kind is a name such as kalman or inertial.strapdown", "kind")
+
+
+def _no_bare_word(section: object) -> object:
+    """A word alone may be meant as the kind: only policies are written so."""
+    if isinstance(section, str):
+        word = section if KIND.fullmatch(section) else "kalman"
+        refuse(f"{section!r} is no mapping of keys to values", f"a component is written {{kind: {word}}}")
+    return section
 
 
 def _with_kind(section: dict[str, Any]) -> dict[str, Any]:
@@ -42,8 +50,8 @@ def _policy(section: str | dict[str, Any]) -> str | dict[str, Any]:
     return section
 
 
-Section = Annotated[dict[str, Any], AfterValidator(_with_kind)]
-OptionalKind = Annotated[dict[str, Any], AfterValidator(_kind_if_any)]
+Section = Annotated[dict[str, Any], BeforeValidator(_no_bare_word), AfterValidator(_with_kind)]
+OptionalKind = Annotated[dict[str, Any], BeforeValidator(_no_bare_word), AfterValidator(_kind_if_any)]
 PolicySection = Annotated[str | dict[str, Any], AfterValidator(_policy)]
 
 

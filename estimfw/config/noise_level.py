@@ -19,6 +19,10 @@ __all__ = ["NoiseLevel", "NoiseType", "noise"]
 NoiseKind = Literal["per_measurement", "density"]
 
 
+#: The unit of examples where people do not write the SI one.
+_CUSTOMARY = {parse_unit("rad").dimension: "deg", parse_unit("rad/s").dimension: "deg/s"}
+
+
 @dataclass(frozen=True, slots=True)
 class NoiseLevel:
     """How strong the white noise of a measurement is.
@@ -65,7 +69,8 @@ class NoiseType:
 
     @property
     def _per_measurement(self) -> QuantityType:
-        return non_negative_quantity(self.unit, examples=(f"0.1 {self.unit}", f"0.1 {self.unit}/sqrt(Hz)"))
+        shown = _CUSTOMARY.get(parse_unit(self.unit).dimension, self.unit)
+        return non_negative_quantity(self.unit, examples=(f"0.1 {shown}", f"0.1 {shown}/sqrt(Hz)"))
 
     @property
     def _density_unit(self) -> str:

@@ -104,7 +104,8 @@ class QuantityType:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             raise ConfigError(f"{value!r} has no unit", hint=self.hint)
         if not isinstance(value, str):
-            raise ConfigError(f"{_yaml_name(value)} is no quantity", hint=self.hint)
+            more = f"\n  write it by itself, as {self.shown[0]}, without a key" if isinstance(value, dict) else ""
+            raise ConfigError(f"{_yaml_name(value)} is no quantity", hint=self.hint + more)
         try:
             found = parse_quantity(value)
         except ConfigError as cause:

@@ -73,12 +73,12 @@ class Site(Settings):
 
     latitude: Annotated[
         float,
-        quantity("rad", minimum="-90 deg", maximum="90 deg", examples=("34 deg", "0.6 rad")),
+        quantity("rad", minimum="-90 deg", maximum="90 deg", examples=("34 deg", "-12.5 deg")),
         Field(description="geodetic, positive north"),
     ]
     longitude: Annotated[
         float,
-        quantity("rad", minimum="-180 deg", maximum="360 deg", examples=("75 deg", "-1.3 rad")),
+        quantity("rad", minimum="-180 deg", maximum="360 deg", examples=("75 deg", "-75 deg")),
         Field(description="positive east"),
     ] = 0.0
     height: Annotated[float, quantity("m"), Field(description="above the ellipsoid")] = 0.0

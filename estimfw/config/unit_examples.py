@@ -13,7 +13,7 @@ _EXAMPLES: dict[str, tuple[str, ...]] = {
     "m/s/sqrt(s)": ("10 ug/sqrt(Hz)", "0.01 m/s/sqrt(h)"),
     "s": ("600 s", "10 min"),
     "Hz": ("1 Hz", "100 Hz"),
-    "rad": ("10 deg", "5 arcmin", "0.1 rad"),
+    "rad": ("10 deg", "5 arcmin"),
     "rad/s": ("0.01 deg/h", "1 deg/s"),
     "rad/sqrt(s)": ("0.001 deg/sqrt(h)", "0.01 deg/h/sqrt(Hz)"),
     "rad/s/sqrt(s)": ("0.001 deg/h/sqrt(h)",),

@@ -166,11 +166,12 @@ def test_10_what_is_not_finite_is_refused(check: Check, tracker: Tracker, old: s
         ("noise: 3 m", "noise: 3 kg", ("9:55: measurements.fix.noise: '3 kg' is in kg, not in m",)),
         ("0.3 m/s/sqrt(s)", "0.3 m/s", ("blocks.velocity.noise: '0.3 m/s' is in m/s", "0.01 m/s/sqrt(h)")),
         ("duration: 10 s", "duration: 10", ("source.duration: 10 has no unit", "such as 600 s or 10 min")),
+        ("duration: 10 s", "duration: {at: 10 s}", ("a mapping is no quantity", "write it by itself, as 600 s")),
         ("unit: m,", "unit: km,", ("4:43: blocks.position.unit: 'km' is no SI unit", "display_unit: km")),
     ],
     ids=[
         "11-no-unit", "11-other-dimension", "11-in-a-list", "11-no-such-unit", "11-noise", "11-density", "11-duration",
-        "11-not-si",
+        "11-mapping", "11-not-si",
     ],
 )  # fmt: skip
 def test_11_a_missing_unit_or_a_wrong_dimension_comes_with_right_ones(
@@ -179,6 +180,32 @@ def test_11_a_missing_unit_or_a_wrong_dimension_comes_with_right_ones(
     told = check(tracker(old, new))
     assert told.code == 3
     told.says(*parts)
+
+
+@pytest.mark.parametrize(
+    ("override", "hint"),
+    [
+        ("estimator.smoother=fixed_interval", "write {kind: fixed_interval}"),
+        ("estimator.smoother=fixed_intervall", "did you mean 'fixed_interval'?"),
+        ("estimator=kalman", "written {kind: kalman}"),
+        ("measurements.fix=direct", "written {kind: direct}"),
+        ("estimator.smoother=3", "write {kind: fixed_interval}"),
+    ],
+)
+def test_04_a_bare_word_where_a_kind_is_due_is_told_how_to_write_it(
+    check: Check, tracker: Tracker, override: str, hint: str
+) -> None:
+    told = check(tracker(), "--set", override)
+    assert told.code == 3
+    told.says("is no mapping of keys to values", hint)
+    assert "input should be" not in told.err
+
+
+def test_11_angles_have_examples_in_degrees(check: Check, standing: str) -> None:
+    told = check(standing.replace("sigma: [0.5 deg, 0.5 deg, 5 deg]", "sigma: [0.5, 0.5 deg, 5 deg]"))
+    assert told.code == 3
+    told.says("such as 10 deg or 5 arcmin")
+    assert " rad or" not in told.err
 
 
 def test_12_all_spellings_of_a_root_are_exactly_the_same_noise(check: Check, standing: str) -> None:

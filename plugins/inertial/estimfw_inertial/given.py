@@ -14,7 +14,7 @@ from estimfw_inertial.rotation import attitude_matrix
 
 __all__ = ["GivenAttitude", "GivenAttitudeConfig", "given_attitude"]
 
-_ANGLE = quantity("rad", minimum="-360 deg", maximum="360 deg", examples=("-92 deg", "0.1 rad"))
+_ANGLE = quantity("rad", minimum="-360 deg", maximum="360 deg", examples=("-92 deg", "5 arcmin"))
 _PITCH = quantity("rad", minimum="-90 deg", maximum="90 deg", examples=("0.5 deg",))
 
 
