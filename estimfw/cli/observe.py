@@ -32,7 +32,11 @@ __all__ = ["command"]
     show_default=True,
     help="Pieces that the record is cut into.",
 )
-@click.option("--record/--no-record", default=True, help="Also along the record (default: where there is a source).")
+@click.option(
+    "--record/--no-record",
+    default=True,
+    help="Also along the record (default: where there is a source, and no stages).",
+)
 def command(
     config: Path, overrides: tuple[str, ...], as_json: bool, output: Path | None, force: bool, protect: tuple[str, ...],
     segments: int, record: bool,
@@ -62,8 +66,7 @@ def command(
 
         print_observed(found, console())
     if found.record is None:
-        why = "--no-record" if not record else "the config has no source"
-        say(f"{why}: only the frozen analysis, nothing along a record", style="dim")
+        say(f"{found.record_left_out}: only the frozen analysis, nothing along a record", style="dim")
     if output is not None:
         from estimfw.report.observed_page import observed_page
 

@@ -48,6 +48,7 @@ def observed_json(found: Observed) -> dict[str, Any]:
         "protected_sets": [list(s) for s in found.hit],
         "chosen": list(found.chosen) if found.chosen is not None else None,
         "record": _record(found, found.record) if found.record is not None else None,
+        "record_left_out": found.record_left_out or None,
     }
 
 

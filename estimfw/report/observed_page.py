@@ -44,7 +44,7 @@ def observed_page(found: Observed) -> str:
         Section(
             "degrees",
             "Degree with time",
-            drawn or note("No record: nothing with time."),
+            drawn or note(f"Nothing with time: {found.record_left_out}."),
         ),
         Section("removable", "What could be removed", note(chosen_text(found)) + _sets(found)),
         Section("spectrum", "How clear the rank is", f"<ul>\n{rank}</ul>\n"),

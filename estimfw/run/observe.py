@@ -14,7 +14,7 @@ from estimfw.analysis.observability import Observability, piecewise_observabilit
 from estimfw.analysis.removable import RemovableSets, least_determined, removable_sets, undriven
 from estimfw.config.compose import Problem
 from estimfw.policies.drop_states import expand
-from estimfw.run.needs_states import refuse_bank, refuse_stages, refuse_without_states
+from estimfw.run.needs_states import refuse_bank, refuse_without_states
 from estimfw.run.prepare import Prepared
 from estimfw.run.run import Progress, covariance_steps, run_problem
 
@@ -45,6 +45,8 @@ class Observed:
     prior_sigma : tuple of float
         SI.
     record : AlongRecord or None
+    record_left_out : str
+        Why there is nothing along the record; empty where there is.
     record_directions : tuple of Direction
         What the Gramian of a time-varying plan hardly sees.
     """
@@ -62,6 +64,7 @@ class Observed:
     chosen: Names | None
     prior_sigma: tuple[float, ...]
     record: AlongRecord | None
+    record_left_out: str
     record_directions: tuple[Direction, ...]
 
     @property
@@ -92,7 +95,7 @@ def observe(
     segments : int
         Pieces into which the record is cut.
     record : bool
-        Run the filter over its record, where it has a source.
+        Run the filter over its record, where it has a source and one model all along (no stages).
     progress : callable, optional
         See `run_problem`.
 
@@ -102,9 +105,9 @@ def observe(
         Of any kind.
     """
     refuse_without_states(problem, "observability")
-    if record and problem.source is not None:
+    left_out = _left_out(problem, record)
+    if not left_out:
         refuse_bank(problem, "observability along the record", "--no-record tells what is the same for all members")
-        refuse_stages(problem, "observability along the record", "--no-record tells what is the same in all stages")
     model, reference = problem.model, problem.reference
     frozen, prior = frozen_stretch(model, reference), model.prior.evaluate(reference)[1]
     found, names = piecewise_observability([frozen], prior), StateNames.of(model)
@@ -113,7 +116,7 @@ def observe(
     guarded = [s in protected for s in model.states]
     removable = removable_sets(found, [frozen], prior, guarded)
     chosen = least_determined(removable.sets, found.degree)
-    along = _along(problem, found, segments, progress) if record and problem.source is not None else None
+    along = _along(problem, found, segments, progress) if not left_out else None
     varying = along is not None and not problem.plan.time_invariant
     return Observed(
         name=str(problem.config.name),
@@ -129,6 +132,7 @@ def observe(
         chosen=None if chosen is None else tuple(model.states[i] for i in chosen),
         prior_sigma=tuple(np.sqrt(np.diag(prior)).tolist()),
         record=along,
+        record_left_out=left_out,
         record_directions=tuple(directions_of(along.seen, prior, names, driven)) if along and varying else (),
     )
 
@@ -138,6 +142,17 @@ def default_protection(problem: Problem) -> Names:
     plan, n = problem.plan, len(problem.plan.states)
     read = {entry % n for _, jacobian in plan.outputs for entry, _, _ in jacobian.monomials}
     return tuple(s for i, s in enumerate(plan.states) if plan.corrected[i] or i in read)
+
+
+def _left_out(problem: Problem, record: bool) -> str:
+    """Why nothing is told along the record; empty where it is."""
+    if not record:
+        return "--no-record"
+    if problem.source is None:
+        return "the config has no source"
+    if problem.plan.stages:
+        return "the filter has stages, and along the record what is estimated changes from one to the next"
+    return ""
 
 
 def _along(problem: Problem, found: Observability, segments: int, progress: Progress | None) -> AlongRecord:

@@ -43,6 +43,15 @@ def test_without_a_record_it_says_so(estimfw: Callable[..., Told]) -> None:
     assert "Along the record" not in told.out
 
 
+def test_a_filter_with_stages_is_told_its_frozen_part_and_what_is_left_out(estimfw: Callable[..., Told]) -> None:
+    told = estimfw("observe", "examples/ins_staged.yaml", "-o", "page.html")
+    assert told.code == 0
+    assert "of 14: 3 combinations of states are not observable" in told.out  # accelerometers with tilts, latitude
+    assert "Along the record" not in told.out
+    assert "the filter has stages" in told.err and "only the frozen analysis" in told.err
+    assert "the filter has stages" in Path("page.html").read_text()
+
+
 def test_a_page_is_written_once(estimfw: Callable[..., Told]) -> None:
     first = estimfw("observe", TRACKER, *SHORT, "-o", "page.html")
     page = Path("page.html").read_text()
