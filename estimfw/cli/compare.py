@@ -131,11 +131,11 @@ def _write(found: Comparison, values: Sequence[Given], remarks: Sequence[str], o
     from estimfw.report.price_charts import price_charts
     from estimfw.report.price_overlays import overlay_charts
     from estimfw.report.price_page import price_page
-    from estimfw.run.files import output_folder, write_atomically, write_text
+    from estimfw.run.files import output_files, write_atomically, write_text
 
     charts = (*price_charts(found, PICTURE_POINTS), *overlay_charts(found, PICTURE_POINTS))
     pictures = {f"{output.stem}_{c.key}.png": c for c in charts}
-    with output_folder(output.parent, (output.name, *pictures), force=force) as folder:
+    with output_files(output.parent, (output.name, *pictures), force=force) as folder:
         written = [write_text(output, price_page(found, values, remarks), force=force)]
         for name, chart in pictures.items():
             written.append(write_atomically(folder / name, partial(save_picture, chart), force=force))

@@ -92,9 +92,9 @@ def _kept(
     from estimfw.montecarlo.dataset import campaign_dataset
     from estimfw.montecarlo.parts_on_disk import chunks_beside
     from estimfw.montecarlo.result_file import write_campaign
-    from estimfw.run.files import output_folder
+    from estimfw.run.files import output_files
 
-    with output_folder(result.parent, [result.name, *([f"{result.stem}.html"] if report else [])], force=force):
+    with output_files(result.parent, [result.name, *([f"{result.stem}.html"] if report else [])], force=force):
         chunks = chunks_beside(result)
         dataset = campaign_dataset(run(chunks), confidence)
         written = [write_campaign(dataset, result, force=force)]

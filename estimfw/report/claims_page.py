@@ -16,7 +16,7 @@ from estimfw.report.panel import Chart, slug
 from estimfw.report.shell import Section, chart_block, document
 from estimfw.run.claim_file import ClaimFile
 from estimfw.run.claims import JudgedClaim
-from estimfw.run.files import output_folder, write_atomically, write_text
+from estimfw.run.files import output_files, write_atomically, write_text
 from estimfw.version import __version__
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def write_claims(
 
     charts = [chart for each in figure_charts(stated, results, PICTURE_POINTS).values() for chart in each]
     pictures = {f"{page.stem}_{chart.key}.png": chart for chart in charts}
-    with output_folder(page.parent, (page.name, *pictures), force=force) as folder:
+    with output_files(page.parent, (page.name, *pictures), force=force) as folder:
         written = [write_text(page, claims_page(stated, judged, results), force=force)]
         for name, chart in pictures.items():
             written.append(write_atomically(folder / name, partial(save_picture, chart), force=force))

@@ -14,7 +14,7 @@ from estimfw.report.shell import Section, chart_block, document
 from estimfw.report.tables import Table
 from estimfw.report.trial_charts import trial_charts
 from estimfw.report.trial_tables import claim_table
-from estimfw.run.files import output_folder, write_atomically, write_text
+from estimfw.run.files import output_files, write_atomically, write_text
 from estimfw.version import __version__
 
 __all__ = ["trial_page", "write_trial"]
@@ -48,7 +48,7 @@ def write_trial(
     from estimfw.report.pictures import save_picture
 
     pictures = {f"{page.stem}_{chart.key}.png": chart for chart in trial_charts(trial)}
-    with output_folder(page.parent, (page.name, *pictures), force=force) as folder:
+    with output_files(page.parent, (page.name, *pictures), force=force) as folder:
         written = [write_text(page, trial_page(trial, verdicts, tables), force=force)]
         for name, chart in pictures.items():
             written.append(write_atomically(folder / name, partial(save_picture, chart), force=force))

@@ -7,13 +7,14 @@ import os
 import secrets
 import shutil
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from glob import escape
 from pathlib import Path
 
 from estimfw.errors import DataError, Location
-from estimfw.run.lock import folder_lock
+from estimfw.run.lock import file_lock, folder_lock, lock_of_file
 
-__all__ = ["output_folder", "refuse_existing", "write_atomically", "write_bytes", "write_text"]
+__all__ = ["output_files", "output_folder", "refuse_existing", "write_atomically", "write_bytes", "write_text"]
 
 PARTIAL = ".estimfw-partial"
 
@@ -101,7 +102,9 @@ def refuse_existing(path: Path, *, force: bool) -> None:
 
 @contextmanager
 def output_folder(folder: Path, names: Iterable[str] = (), *, force: bool = False) -> Iterator[Path]:
-    """Make a folder if need be, lock it against a second writer, and check that the outputs may be written.
+    """Make a folder that is an output as a whole, lock it against a second writer, and check that the outputs may be written.
+
+    Its named files are locked, too, so that who writes one of them by its name (`output_files`) is kept out.
 
     Parameters
     ----------
@@ -122,17 +125,64 @@ def output_folder(folder: Path, names: Iterable[str] = (), *, force: bool = Fals
     DataError
         It is no folder, it cannot be written, another process writes it, or a file exists.
     """
+    _make(folder)
+    with folder_lock(folder), output_files(folder, names, force=force):
+        for stale in folder.glob(f".*{PARTIAL}"):
+            if not lock_of_file(folder / _whole_name(stale)).exists():  # else it may be somebody's who writes just now
+                _drop(stale)
+        yield folder
+
+
+@contextmanager
+def output_files(folder: Path, names: Iterable[str], *, force: bool = False) -> Iterator[Path]:
+    """The same for files in a folder that may hold other outputs, too: only they are locked, others may write beside them.
+
+    Parameters
+    ----------
+    folder, names, force
+        See `output_folder`.
+
+    Yields
+    ------
+    Path
+        The folder; the files are locked until the end of the ``with`` block.
+
+    Raises
+    ------
+    DataError
+        The folder cannot be made or written, another process writes one of the files, or one exists.
+    """
+    _make(folder)
+    paths = [folder / name for name in dict.fromkeys(names)]
+    with ExitStack() as locks:
+        for path in paths:
+            try:
+                locks.enter_context(file_lock(path))
+            except (OSError, RuntimeError) as fault:  # Python < 3.13 raises RuntimeError for a loop of links
+                raise _cannot_write(path, fault) from fault
+        for path in paths:
+            refuse_existing(path, force=force)
+            for stale in folder.glob(f".{escape(path.name)}.*{PARTIAL}"):
+                if _whole_name(stale) == path.name:
+                    _drop(stale)
+        yield folder
+
+
+def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise _cannot_write(folder, fault) from fault
-    with folder_lock(folder):
-        for name in names:
-            refuse_existing(folder / name, force=force)
-        for stale in folder.glob(f".*{PARTIAL}"):
-            with suppress(OSError):
-                stale.unlink()
-        yield folder
+
+
+def _whole_name(partial: Path) -> str:
+    """The name of the file that a temporary one was to become: ``.NAME.TOKEN.estimfw-partial``."""
+    return partial.name.removeprefix(".").removesuffix(PARTIAL).rpartition(".")[0]
+
+
+def _drop(stale: Path) -> None:
+    with suppress(OSError):
+        stale.unlink()
 
 
 def _new_partial(target: Path) -> Path:

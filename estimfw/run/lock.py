@@ -1,4 +1,4 @@
-"""One writer at a time for an output folder.
+"""One writer at a time for an output: a folder, or a file beside those of others.
 
 The lock belongs to an open file, not to the file's existence: a killed process leaves no stale lock.
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from estimfw.errors import DataError, Location
 
-__all__ = ["LOCK_NAME", "folder_lock"]
+__all__ = ["LOCK_NAME", "file_lock", "folder_lock", "lock_of_file"]
 
 LOCK_NAME = ".estimfw.lock"
 
@@ -39,8 +39,31 @@ def folder_lock(folder: Path) -> Iterator[None]:
     DataError
         Another writer (of this process or of another one) holds it, or the folder cannot be written.
     """
-    path = folder / LOCK_NAME
-    descriptor = _acquire(path)
+    with _lock_at(folder / LOCK_NAME, folder, "another run is writing into this folder", "name another output folder"):
+        yield
+
+
+@contextmanager
+def file_lock(path: Path) -> Iterator[None]:
+    """The same for one file, whichever way its path is spelled; its folder stays free for other outputs.
+
+    Raises
+    ------
+    DataError
+        Another writer holds it, or its folder cannot be written.
+    """
+    with _lock_at(lock_of_file(path.resolve()), path, "another run is writing this file", "name another output"):
+        yield
+
+
+def lock_of_file(path: Path) -> Path:
+    """Where the lock of a file lies: beside it. ``path`` is resolved."""
+    return path.with_name(f".{path.name}{LOCK_NAME}")
+
+
+@contextmanager
+def _lock_at(path: Path, output: Path, taken: str, way_out: str) -> Iterator[None]:
+    descriptor = _acquire(path, output, taken, way_out)
     try:
         yield
     finally:
@@ -49,20 +72,20 @@ def folder_lock(folder: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def _acquire(path: Path) -> int:
+def _acquire(path: Path, output: Path, taken: str, way_out: str) -> int:
     while True:
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         except OSError as fault:
-            raise DataError(f"cannot write: {fault.strerror}", location=Location(str(path.parent))) from fault
+            raise DataError(f"cannot write: {fault.strerror}", location=Location(str(output))) from fault
         try:
             _lock(descriptor)
         except OSError as fault:
             os.close(descriptor)
             raise DataError(
-                "another run is writing into this folder",
-                location=Location(str(path.parent)),
-                hint="wait for it to end, or name another output folder",
+                taken,
+                location=Location(str(output)),
+                hint=f"wait for it to end, or {way_out}",
             ) from fault
         if _still_named(path, descriptor):
             return descriptor

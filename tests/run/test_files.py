@@ -13,7 +13,7 @@ import pytest
 
 from estimfw.errors import DataError
 from estimfw.run import files
-from estimfw.run.files import output_folder, write_atomically, write_text
+from estimfw.run.files import output_files, output_folder, write_atomically, write_text
 from estimfw.run.lock import LOCK_NAME
 
 
@@ -211,6 +211,46 @@ def test_a_second_writer_of_this_process_is_refused(tmp_path: Path) -> None:
     with output_folder(tmp_path), pytest.raises(DataError, match="another run"), output_folder(tmp_path):
         pass
     with output_folder(tmp_path):
+        pass
+
+
+def test_outputs_of_two_names_are_written_side_by_side_in_one_folder(tmp_path: Path) -> None:
+    with output_files(tmp_path, ["a.nc", "a.html"]):
+        half = tmp_path / f".a.nc.0badf00d{files.PARTIAL}"
+        half.write_text("half")
+        with output_files(tmp_path, ["b.nc", "b.html"]), output_folder(tmp_path, ["c.nc"]):
+            write_text(tmp_path / "b.nc", "b")
+        assert half.exists()
+        write_text(tmp_path / "a.nc", "a")
+    with output_files(tmp_path, ["a.nc"], force=True):  # what is left of a writer that was killed
+        pass
+    assert names_in(tmp_path) == {"a.nc", "b.nc"}
+
+
+def test_one_output_has_one_writer_however_its_path_is_spelled(tmp_path: Path) -> None:
+    (tmp_path / "linked").symlink_to(tmp_path, target_is_directory=True)
+    (tmp_path / "same.nc").symlink_to(tmp_path / "a.nc")
+    spellings = (
+        (tmp_path, "a.nc"),
+        (tmp_path / "linked", "a.nc"),
+        (tmp_path / "x" / "..", "a.nc"),
+        (tmp_path, "same.nc"),
+    )
+    with output_files(tmp_path, ["a.nc", "a.html"]):
+        for folder, name in spellings:
+            with (
+                pytest.raises(DataError, match="another run is writing this file") as caught,
+                output_files(folder, [name]),
+            ):
+                pass
+            assert "name another output" in str(caught.value)
+        with pytest.raises(DataError, match="another run"), output_folder(tmp_path, ["a.nc"]):
+            pass
+    with (
+        output_folder(tmp_path, ["a.nc"]),
+        pytest.raises(DataError, match="another run"),
+        output_files(tmp_path, ["a.nc"]),
+    ):
         pass
 
 
