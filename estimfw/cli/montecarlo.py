@@ -52,10 +52,11 @@ def command(
     written. The source has to simulate: simulate_model, sins_static.simulate.
     """
     from estimfw.montecarlo.campaign import Workers
+    from estimfw.montecarlo.filtering import set_aside
 
     problem = open_problem(config, overrides)
-    if problem.monitors:
-        say("warning: monitors do not act in a Monte Carlo", style="yellow")
+    for told in set_aside(problem):
+        say(f"warning: {told}", style="yellow")
     pool = Workers(workers or _processors(), dask)
     result = output if output is not None or as_json else Path("results") / config.stem / "montecarlo.nc"
     run = _runner(problem, seed, runs, pool, chunk, as_json, force)

@@ -80,6 +80,8 @@ def command(
             from_configs(configs, overrides), load_plugins(core_components()), runs, seed, workers or _processors(),
             wanted, shown,
         )  # fmt: skip
+    for told in trial.set_aside:
+        say(f"warning: {told}", style="yellow")
     verdicts = judge(stated, trial)
     tables = _tables(trial, times, settling)
     if as_json:

@@ -23,7 +23,7 @@ from estimfw.run.kernel_choice import Scan, chosen_scan
 from estimfw.run.prepare import Prepared, make_chunk, prepare
 from estimfw.run.staging import StagedFilter, stage_chunks
 
-__all__ = ["Filtered", "filter_runs", "without_monitors"]
+__all__ = ["Filtered", "filter_runs", "set_aside", "without_monitors"]
 
 FloatArray = NDArray[np.float64]
 
@@ -57,6 +57,16 @@ class Filtered:
     freedom: NDArray[np.int64]
     due: NDArray[np.int64]
     gated: NDArray[np.int64]
+
+
+def set_aside(problem: Problem) -> tuple[str, ...]:
+    """What of the config `without_monitors` leaves out, a sentence each, for people."""
+    told = []
+    if problem.monitors:
+        told.append("monitors do not act over many runs")
+    if problem.estimator.smoother is not None:
+        told.append("the smoother does not act over many runs: all figures are those of the filter")
+    return tuple(told)
 
 
 def without_monitors(problem: Problem) -> Problem:

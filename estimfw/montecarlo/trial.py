@@ -12,7 +12,7 @@ from estimfw.config.compose import Problem
 from estimfw.data.record import SAME
 from estimfw.errors import ConfigError, UsageError
 from estimfw.montecarlo.draw import refuse_without_draws, source_draws
-from estimfw.montecarlo.filtering import without_monitors
+from estimfw.montecarlo.filtering import set_aside, without_monitors
 from estimfw.registry.registry import Registry
 from estimfw.run.contenders import Contender, refuse_other_records
 from estimfw.run.preprocess import preprocessed
@@ -42,6 +42,8 @@ class Trial:
         From SI to that unit.
     error : (F, R, T, Q) array, SI
         NaN before a filter begins.
+    set_aside : tuple of str
+        What of the configs does not act over many runs, and of which filter.
     """
 
     title: str
@@ -52,6 +54,7 @@ class Trial:
     units: tuple[str, ...]
     scales: FloatArray
     error: FloatArray
+    set_aside: tuple[str, ...] = ()
 
     @property
     def runs(self) -> int:
@@ -116,7 +119,8 @@ def run_trial(
     EstimfwError
         A config is refused, draws nothing, or brings a record of its own; a time lies outside.
     """
-    problems = tuple(without_monitors(one.compose(registry)) for one in contenders)
+    composed = [one.compose(registry) for one in contenders]
+    problems = tuple(without_monitors(one) for one in composed)
     refuse_other_records(contenders, problems)
     refuse_without_draws(problems[0])
     first = list(_runs(problems, seed, 0))
@@ -137,6 +141,9 @@ def run_trial(
         units=units,
         scales=scales,
         error=np.stack(found, axis=1),
+        set_aside=tuple(
+            f"{one.name}: {told}" for one, whole in zip(contenders, composed, strict=True) for told in set_aside(whole)
+        ),
     )
 
 

@@ -98,6 +98,7 @@ def trial_json(trial: Trial, verdicts: Sequence[Verdict]) -> dict[str, Any]:
         rms, median = np.sqrt(np.mean(scaled**2, axis=1)), np.median(np.abs(scaled), axis=1)
     return {
         "title": trial.title,
+        "set_aside": list(trial.set_aside),
         "runs": trial.runs,
         "seed": trial.seed,
         "time": trial.time.tolist(),

@@ -53,3 +53,10 @@ def test_the_example_passes_and_its_own_sigmas_are_told_to_be_too_small(estimfw:
     found = {(e["figure"], e["quantity"]): e for e in json.loads(told.out)["judged"]}
     assert found[("honest NEES", "attitude_error")]["verdict"] == "consistent"
     assert found[("NEES", "attitude_error")]["verdict"] == "sigmas too small"
+
+
+def test_a_smoother_that_does_not_act_is_told(estimfw: Estimfw) -> None:
+    short = ("--set", "source.duration=5 s", "--runs", "2", "--workers", "1", "--json")
+    told = estimfw("montecarlo", "examples/tracker_smoothed.yaml", *short)
+    assert told.code == 0 and "the smoother does not act over many runs" in told.err
+    assert "smoother" not in estimfw("montecarlo", "examples/tracker.yaml", *short).err

@@ -54,3 +54,10 @@ def test_a_claim_that_does_not_hold_fails_the_check(estimfw: Callable[..., Told]
 def test_bounds_that_are_none_are_refused(estimfw: Callable[..., Told]) -> None:
     told = estimfw("trial", *ARGUMENTS, "--settled", "attitude.pitch")
     assert told.code == 2 and "--settled attitude.yaw=1,0.5" in told.err
+
+
+def test_a_smoother_that_does_not_act_is_told(estimfw: Callable[..., Told]) -> None:
+    short = ("--set", "source.duration=5 s", "--runs", "2", "--workers", "1", "--json")
+    told = estimfw("trial", "examples/tracker_smoothed.yaml", *short)
+    assert told.code == 0 and "the smoother does not act over many runs" in told.err
+    assert "smoother" not in estimfw("trial", "examples/tracker.yaml", *short).err
