@@ -79,6 +79,13 @@ class Steps:
     def __len__(self) -> int:
         return int(self.time.shape[0])
 
+    @property
+    def begin(self) -> FloatArray:
+        """Beginnings of the steps (K,), s; that of the first is ``start`` itself, where time less dt is it but for rounding."""
+        begin = self.time - self.dt
+        begin[:1] = self.start
+        return begin
+
 
 def driven_steps(
     driver: Stream,
@@ -116,7 +123,7 @@ def driven_steps(
         )
     rows = first + per_step * np.arange(count + 1, dtype=np.int64)
     time = driver.time[rows[1:] - 1]
-    begin = float(driver.time[first] - period) if start is None else float(start)
+    begin = _begun(float(driver.time[first]), period) if start is None else float(start)
     dt = _snapped(np.diff(np.concatenate([[begin], time])), per_step * period)
     events = (*_left_over(driver, len(driver) - int(rows[-1])), *_missing_steps(driver, time, dt, per_step * period))
     arrivals = arrivals_of(_measured(streams, wanted), [driver], time, replay)
@@ -173,6 +180,11 @@ def _refuse_too_many(wanted: Sequence[Wanted], duration: float) -> None:
             count = duration / w.every
             text = f"measurement {w.name!r}, every {w.every:g} s over {duration:g} s: {count:.3g} steps"
             refuse_too_large(8.0 * 20.0 * count, text, "let it fall due less often")
+
+
+def _begun(first: float, period: float) -> float:
+    """Beginning of the first interval, from its end; zero where it is zero but for rounding of the stamps."""
+    return 0.0 if abs(first - period) <= 1e-6 * period else first - period
 
 
 def _typical(time: FloatArray) -> float:

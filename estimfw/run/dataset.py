@@ -243,7 +243,7 @@ def _measurements(done: Collected) -> dict[str, Any]:
 def _unmeasured(done: Collected) -> dict[str, Any]:
     prepared = done.prepared
     steps, problem = prepared.steps, prepared.problem
-    elapsed = steps.time[done.covariance_index] - (steps.time[0] - steps.dt[0])
+    elapsed = steps.time[done.covariance_index] - steps.start
     corrected = frozenset(slot.quantity for slot in problem.provider.slots)
     mean, sigma = unmeasured(problem.model, problem.reference, done.final.prior, elapsed, corrected)
     axes = ("covariance_time", "state")

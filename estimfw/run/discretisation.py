@@ -121,7 +121,7 @@ def _along(problem: Problem, record: Record, at: float) -> tuple[FloatArray, Flo
     done = run_problem(replace(problem, truth=None), record=record, watch=lambda prepared: [look])
     if not found:
         steps = done.prepared.steps
-        span = f"the run goes from {steps.time[0] - steps.dt[0]:.10g} to {steps.time[-1]:.10g} s"
+        span = f"the run goes from {steps.start:.10g} to {steps.time[-1]:.10g} s"
         raise UsageError(f"--at {at:.10g} s lies outside the run", hint=span)
     return found[0]
 

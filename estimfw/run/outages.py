@@ -34,7 +34,7 @@ def outage_events(prepared: Prepared, disposition: NDArray[np.int64]) -> Iterato
     At the begin of the run and at its end too. Pseudo-measurements have none; nor has what a stage does not measure.
     """
     steps, stages = prepared.steps, prepared.plan.stages
-    unmeasured = ~measured_steps(stages, steps.time - steps.dt) if stages else np.zeros(disposition.shape, dtype=bool)
+    unmeasured = ~measured_steps(stages, steps.begin) if stages else np.zeros(disposition.shape, dtype=bool)
     for j, m in enumerate(prepared.plan.measurements):
         if m.stream is None or not len(steps):
             continue

@@ -119,7 +119,7 @@ def _scan(
     longest = length = chunk_length(len(prepared.plan.states), kept * len(members))
     states, covariances = [one.state for one in members], [one.prior[1] for one in members]
     filters = [StagedFilter(one.problem, one.scan, one.prior[1]) for one in members]
-    score, first, stage = np.zeros(len(members)), 0, stage_of_steps(prepared.plan.stages, steps.time - steps.dt)
+    score, first, stage = np.zeros(len(members)), 0, stage_of_steps(prepared.plan.stages, steps.begin)
     recovery = Recovery(prepared.problem) if acts(prepared.problem) else None
     while first < len(steps):
         last = min(first + length, int(np.searchsorted(stage, stage[first], side="right")))

@@ -36,7 +36,7 @@ def staged_steps(problem: Problem, steps: Steps) -> Steps:
     stages = problem.plan.stages
     if not stages:
         return steps
-    which = stage_of_steps(stages, steps.time - steps.dt)
+    which = stage_of_steps(stages, steps.begin)
     for i, stage in enumerate(stages):
         if not np.any(which == i):
             end = next(s.until for s in (stage, *stages[i - 1 :: -1]) if s.until is not None)
@@ -46,12 +46,12 @@ def staged_steps(problem: Problem, steps: Steps) -> Steps:
                 hint=f"it {'ends' if stage.until is not None else 'begins'} at {end:.10g} s, in the time of the record",
             )
     if np.any(steps.restart):
-        at = float((steps.time - steps.dt)[int(np.argmax(steps.restart))])
+        at = float(steps.begin[int(np.argmax(steps.restart))])
         raise ConfigError(
             f"a monitor restarts the filter at {at:g} s, and a filter with stages does not restart",
             location=problem.document.locate(("monitors",)),
         )
-    due, measured = {}, measured_steps(stages, steps.time - steps.dt)
+    due, measured = {}, measured_steps(stages, steps.begin)
     for j, m in enumerate(problem.plan.measurements):
         due[m.name] = Due(np.where(measured[:, j], steps.due[m.name].row, -1), steps.due[m.name].interval)
     return replace(steps, due=due)
@@ -59,7 +59,7 @@ def staged_steps(problem: Problem, steps: Steps) -> Steps:
 
 def stage_chunks(plan: Plan, steps: Steps, length: int) -> Iterator[tuple[int, int, int | None]]:
     """First and last (not included) of at most ``length`` steps of one stage; and the stage where it begins there, else None."""
-    which = stage_of_steps(plan.stages, steps.time - steps.dt)
+    which = stage_of_steps(plan.stages, steps.begin)
     edges = [0, *(np.flatnonzero(np.diff(which)) + 1).tolist(), len(steps)]
     for begin, end in pairwise(edges):
         for first in range(begin, end, length):
@@ -69,8 +69,8 @@ def stage_chunks(plan: Plan, steps: Steps, length: int) -> Iterator[tuple[int, i
 
 def stages_json(plan: Plan, steps: Steps) -> list[dict[str, Any]]:
     """For results and reports: what was believed from when to when (s); ``held`` and ``considered`` are states."""
-    which = stage_of_steps(plan.stages, steps.time - steps.dt)
-    begin = steps.time - steps.dt
+    which = stage_of_steps(plan.stages, steps.begin)
+    begin = steps.begin
 
     def named(flags: tuple[bool, ...], names: Iterable[str]) -> list[str]:
         return [name for name, own in zip(names, flags, strict=True) if own]

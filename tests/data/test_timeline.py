@@ -57,6 +57,22 @@ def test_equal_steps_are_equal_to_the_last_bit() -> None:
     np.testing.assert_array_equal(driven_steps(driver, 2, {}, []).dt, 0.2)
 
 
+def test_the_start_is_zero_where_it_is_zero_but_for_rounding() -> None:
+    time = np.arange(1, 1001) / 300.0
+    period = float(np.median(np.diff(time)))
+    assert time[0] != period
+    assert driven_steps(driving(time, period), 3, {}, []).start == 0.0
+    assert driven_steps(driving(0.01 + time, 1 / 300.0), 3, {}, []).start == pytest.approx(0.01)
+
+
+def test_the_first_step_begins_at_the_start_to_the_last_bit() -> None:
+    every = np.arange(1, 301) / 5.0
+    steps = merged(stream("a", every), stream("b", np.arange(1, 121) / 2.0), start=0.0)
+    assert steps.time[0] - steps.dt[0] != 0.0, "equal steps are equal to the last bit, instants are not"
+    assert steps.begin[0] == 0.0
+    np.testing.assert_array_equal(steps.begin[1:], (steps.time - steps.dt)[1:])
+
+
 def test_without_a_start_the_first_row_is_it() -> None:
     steps = merged(stream("a", [3.0, 4.0]))
     assert steps.start == 3.0

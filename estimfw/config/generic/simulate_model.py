@@ -133,7 +133,7 @@ class ModelSimulation:
     def _rows(self, row: FloatArray, steps: Steps) -> tuple[FloatArray, FloatArray]:
         """Process rows and end rows (K, size)."""
         if self.schedule is not None:
-            return self.schedule.between(steps.time - steps.dt, steps.time)
+            return self.schedule.between(steps.begin, steps.time)
         alike = np.broadcast_to(row, (len(steps), row.size))
         return alike, alike
 
