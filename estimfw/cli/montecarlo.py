@@ -119,11 +119,11 @@ def _processors() -> int:
 
 def _show(dataset: xr.Dataset, written: list[Path]) -> None:
     from estimfw.report.montecarlo_tables import error_table, rule, verdict_table
-    from estimfw.report.numbers import plain
+    from estimfw.report.numbers import instant
     from estimfw.report.terminal import print_table
 
     out = console()
-    runs, time = dataset.sizes["run"], plain(float(dataset["time"][-1]))
+    runs, time = dataset.sizes["run"], instant(float(dataset["time"][-1]))
     out.print(f"[bold]{dataset.attrs['title']}[/bold]: {runs} runs")
     print_table(out, f"Errors at the end, {time} s", error_table(dataset))
     print_table(out, "Is the filter as good as it says?", verdict_table(dataset, brief=True))

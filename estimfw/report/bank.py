@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from estimfw.data.record import FloatArray
-from estimfw.report.numbers import plain, significant
+from estimfw.report.numbers import instant, significant
 from estimfw.report.palette import INK, SERIES
 from estimfw.report.panel import Chart, Curve, Panel, thinned
 from estimfw.report.tables import Cell, Table
@@ -36,7 +36,7 @@ def bank_line(dataset: xr.Dataset) -> str:
     if end is None:
         return ""
     told = (
-        f"bank of {len(end.weights)}: {end.member}, weight {_weight(end.weight)}, reported since {plain(end.since)} s"
+        f"bank of {len(end.weights)}: {end.member}, weight {_weight(end.weight)}, reported since {instant(end.since)} s"
     )
     others = [(label, weight) for label, weight in end.weights if label != end.member]
     return f"{told}; next {others[0][0]}, {_weight(others[0][1])}" if others else told

@@ -9,7 +9,7 @@ from pathlib import Path
 from estimfw.report.budget_charts import budget_charts
 from estimfw.report.budget_tables import largest_texts, source_table
 from estimfw.report.markup import table
-from estimfw.report.numbers import plain
+from estimfw.report.numbers import instant
 from estimfw.report.panel import Chart
 from estimfw.report.shell import Section, chart_block, document
 from estimfw.run.budget import Budget
@@ -22,7 +22,7 @@ __all__ = ["budget_page", "write_budget"]
 def budget_page(budget: Budget) -> str:
     """One HTML file, which fetches nothing."""
     charts = budget_charts(budget)
-    end = f"{plain(float(budget.time[-1]))} s"
+    end = f"{instant(float(budget.time[-1]))} s"
     lines = "".join(f"<li>{escape(text)}</li>\n" for text in largest_texts(budget))
     sections = [
         Section("largest", f"Largest sources at {end}", f"<ul>\n{lines}</ul>\n"),

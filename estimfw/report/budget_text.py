@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.text import Text
 
 from estimfw.report.budget_tables import largest_texts, source_table
-from estimfw.report.numbers import plain
+from estimfw.report.numbers import instant
 from estimfw.report.terminal import print_table
 from estimfw.run.budget import Budget
 
@@ -22,4 +22,4 @@ def print_budget(budget: Budget, console: Console) -> None:
         console.print(Text(f"zero in that model: {', '.join(budget.absent)}", style="yellow"))
     for text in largest_texts(budget):
         console.print(Text(f"  {text}"))
-    print_table(console, f"Contributions to sigma at {plain(float(budget.time[-1]))} s", source_table(budget))
+    print_table(console, f"Contributions to sigma at {instant(float(budget.time[-1]))} s", source_table(budget))

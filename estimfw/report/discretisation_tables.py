@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from estimfw.report.numbers import UNKNOWN, plain
+from estimfw.report.numbers import UNKNOWN, instant, plain
 from estimfw.report.tables import Cell, Table
 from estimfw.run.discretisation import StudiedFilter
 
@@ -88,7 +88,7 @@ def sigma_table(found: StudiedFilter) -> Table:
             Cell(names[one.key]),
             Cell(_change(one.largest)),
             Cell(one.state if one.largest > NOTHING else UNKNOWN),
-            Cell(plain(one.time) if one.largest > NOTHING else UNKNOWN),
+            Cell(instant(one.time) if one.largest > NOTHING else UNKNOWN),
             Cell(_change(one.end)),
         )
         for one in found.sigmas

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from estimfw.report.markup import facts, note, table
 from estimfw.report.montecarlo_charts import campaign_charts
 from estimfw.report.montecarlo_tables import error_table, rule, verdict_table
-from estimfw.report.numbers import count, plain
+from estimfw.report.numbers import count, instant
 from estimfw.report.panel import Chart
 from estimfw.report.shell import Section, chart_block, document
 from estimfw.run.files import refuse_existing, write_atomically, write_text
@@ -84,9 +84,7 @@ def _body(charts: tuple[Chart, ...], key: str, heading: str, told: str) -> str:
 
 def _header(dataset: xr.Dataset, title: str) -> str:
     provenance = json_attribute(dataset, "provenance", {})
-    told = (
-        f"{count(dataset.sizes['run'])} runs of seed {provenance.get('seed')} to {plain(float(dataset['time'][-1]))} s"
-    )
+    told = f"{count(dataset.sizes['run'])} runs of seed {provenance.get('seed')} to {instant(float(dataset['time'][-1]))} s"
     chips = "".join(
         f'<span class="chip {tone}">{escape(text)}</span>\n'
         for text, tone in ((_chip(entry), _tone(entry)) for entry in _shown(dataset))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["UNKNOWN", "count", "measured", "plain", "plus_minus", "significant"]
+__all__ = ["UNKNOWN", "count", "instant", "measured", "plain", "plus_minus", "significant"]
 
 UNKNOWN = "–"
 SMALLEST, LARGEST = 1e-4, 1e7
@@ -35,13 +35,21 @@ def significant(value: float, digits: int) -> str:
 
 
 def plain(value: float) -> str:
-    """Four significant digits without trailing zeros: a time, a ratio."""
+    """Four significant digits without trailing zeros: a duration, a ratio."""
     return f"{value:.4g}" if math.isfinite(value) else UNKNOWN
 
 
 def count(number: int) -> str:
     """A whole number with thin spaces between thousands."""
     return f"{number:,}".replace(",", "\u2009")
+
+
+def instant(time: float) -> str:
+    """Of a record, in s to the millisecond: whole however late, with thin spaces between thousands."""
+    if not math.isfinite(time):
+        return UNKNOWN
+    text = f"{float(_fixed(time, 3)):,.3f}".rstrip("0").removesuffix(".")
+    return text.replace(",", "\u2009")
 
 
 def measured(name: str, value: float, unit: str) -> str:

@@ -16,7 +16,7 @@ from estimfw.report.heat_map import HeatMap
 from estimfw.report.judgement import nis_verdict, sigma_caveat
 from estimfw.report.markup import facts, note, table
 from estimfw.report.nodes import node_table
-from estimfw.report.numbers import UNKNOWN, count, plain
+from estimfw.report.numbers import UNKNOWN, count, instant
 from estimfw.report.panel import Chart
 from estimfw.report.shell import Section, chart_block, document
 from estimfw.report.smoother import smoother_table
@@ -130,7 +130,7 @@ def _loop_note(dataset: xr.Dataset) -> str:
 def _header(dataset: xr.Dataset, title: str) -> str:
     provenance = json_attribute(dataset, "provenance", {})
     time = dataset["time"].to_numpy()
-    told = [f"{count(time.size)} steps to {plain(float(time[-1]))} s"] if time.size else ["no steps"]
+    told = [f"{count(time.size)} steps to {instant(float(time[-1]))} s"] if time.size else ["no steps"]
     told += [
         f"{word} {provenance[word]}"
         for word in ("estimator", "covariance", "kernel", "seed")

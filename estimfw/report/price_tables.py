@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from estimfw.report.numbers import count, plain, significant
+from estimfw.report.numbers import count, instant, significant
 from estimfw.report.price_values import Given
 from estimfw.report.tables import Cell, Table
 from estimfw.run.compare import Comparison, Priced
@@ -109,7 +109,7 @@ def _value_row(v: Given, before: Given | None, *, varied: bool, known: bool, bes
     short = v.honest > 1.05 * v.sigma
     return (
         *((Cell(v.point if new_point else ""),) if varied else ()),
-        Cell(plain(v.time) if new_time else ""),
+        Cell(instant(v.time) if new_time else ""),
         Cell(v.output if new_output else ""),
         Cell(v.filter),
         *numbers,

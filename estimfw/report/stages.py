@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from estimfw.report.numbers import UNKNOWN, plain
+from estimfw.report.numbers import UNKNOWN, instant
 from estimfw.report.tables import Cell, Table
 from estimfw.report.timescale import TimeScale
 from estimfw.run.summary import json_attribute
@@ -32,8 +32,8 @@ def stage_table(dataset: xr.Dataset) -> Table:
         rows.append(
             (
                 Cell(str(one["name"])),
-                Cell(plain(one["begin"])),
-                Cell(plain(one["end"])),
+                Cell(instant(one["begin"])),
+                Cell(instant(one["end"])),
                 Cell(_named([s for s in states if s not in other], states)),
                 Cell(_named(one["held"], states), "warn" if one["held"] else ""),
                 Cell(_named(one["considered"], states)),

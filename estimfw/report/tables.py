@@ -9,7 +9,7 @@ import numpy as np
 
 from estimfw.data.record import Event
 from estimfw.report.judgement import nis_verdict
-from estimfw.report.numbers import UNKNOWN, count, measured, plain, plus_minus, significant
+from estimfw.report.numbers import UNKNOWN, count, instant, measured, plain, plus_minus, significant
 from estimfw.run.result_names import DISPOSITIONS
 from estimfw.run.summary import (
     EndValue,
@@ -70,7 +70,7 @@ def end_table(dataset: xr.Dataset) -> Table:
     rows = tuple(_end_row(end, len(sigmas), with_error) for end in ends)
     last = float(dataset["time"].to_numpy()[-1]) if dataset.sizes["time"] else np.nan
     early = sorted({end.time for end in ends if end.time < last and np.isfinite(end.value)})
-    note = f"Last known values; some end before the run does (at {plain(early[0])} s)." if early else ""
+    note = f"Last known values; some end before the run does (at {instant(early[0])} s)." if early else ""
     return Table(head, rows, frozenset(range(1, len(head))) - {head.index("unit")}, note)
 
 
@@ -123,8 +123,7 @@ def event_table(dataset: xr.Dataset, most: int) -> Table:
 
 
 def _event_row(event: Event) -> tuple[Cell, ...]:
-    time = f"{event.time:.3f}".rstrip("0").rstrip(".") if np.isfinite(event.time) else UNKNOWN
-    return (Cell(time), Cell(event.source), Cell(event.kind), Cell(count(event.count)), Cell(event.text))
+    return (Cell(instant(event.time)), Cell(event.source), Cell(event.kind), Cell(count(event.count)), Cell(event.text))
 
 
 def policy_table(dataset: xr.Dataset) -> Table:

@@ -13,7 +13,7 @@ from estimfw.report.correction_table import correction_table
 from estimfw.report.headline import Headline, headlines, start_line
 from estimfw.report.judgement import sigma_caveat
 from estimfw.report.nodes import node_table
-from estimfw.report.numbers import UNKNOWN, plain
+from estimfw.report.numbers import UNKNOWN, instant
 from estimfw.report.smoother import smoother_table
 from estimfw.report.stages import stage_table
 from estimfw.report.tables import Table, disposition_table, end_table, event_table, meaning_table
@@ -72,7 +72,7 @@ def print_result(dataset: xr.Dataset, console: Console, *, at_end: bool = True) 
 
 def _last(dataset: xr.Dataset, at_end: bool) -> str:
     time = dataset["time"].to_numpy()
-    return f"{', ' if at_end else ' '}{plain(float(time[-1]))} s" if time.size else ""
+    return f"{', ' if at_end else ' '}{instant(float(time[-1]))} s" if time.size else ""
 
 
 def _headline(line: Headline) -> Text:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from estimfw.report.numbers import UNKNOWN, count, plain, plus_minus, significant
+from estimfw.report.numbers import UNKNOWN, count, instant, plain, plus_minus, significant
 
 
 @pytest.mark.parametrize(
@@ -46,3 +46,21 @@ def test_small_words() -> None:
     assert plain(600.0) == "600"
     assert plain(math.inf) == UNKNOWN
     assert count(1234567) == "1\u2009234\u2009567"
+
+
+@pytest.mark.parametrize(
+    ("time", "expected"),
+    [
+        (14400.0, "14\u2009400"),
+        (604799.995, "604\u2009799.995"),
+        (0.2, "0.2"),
+        (-0.5, "-0.5"),
+        (600.0, "600"),
+        (7.2e-16, "0"),
+        (-1e-9, "0"),
+        (1.7e9, "1\u2009700\u2009000\u2009000"),
+        (math.nan, UNKNOWN),
+    ],
+)
+def test_an_instant_is_whole_however_late(time: float, expected: str) -> None:
+    assert instant(time) == expected

@@ -72,6 +72,9 @@ def test_dispositions_that_never_were_take_no_column(make_result: Results) -> No
 
 def test_the_heading_says_which_instant(make_result: Results) -> None:
     assert "At the end, 600 s" in printed(make_result(), 100)
+    late = make_result()
+    late = late.assign_coords(time=late["time"] + 13805.0)
+    assert "At the end, 14\u2009405 s" in printed(late, 100)
     assert "At 300 s" in printed(make_result().isel(time=slice(None, 300)), 100, at_end=False)
 
 
