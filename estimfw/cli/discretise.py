@@ -47,7 +47,7 @@ def command(
     from estimfw.run.discretisation import study_filter
     from estimfw.run.files import write_text
 
-    lengths = [_seconds(one, "--steps", positive=True) for one in steps.split(",")]
+    lengths = _lengths(steps)
     instant = None if at is None else _seconds(at, "--at", positive=False)
     refuse_page(output, force=force)
     problem = open_problem(config, overrides)
@@ -65,6 +65,20 @@ def command(
         from estimfw.report.discretisation_page import study_page
 
         say(f"wrote {write_text(output, study_page(found), force=force)}")
+
+
+def _lengths(text: str) -> list[float]:
+    """In s, in the order given; UsageError for one that is given twice, maybe in another unit."""
+    parts = text.split(",")
+    found = [_seconds(one, "--steps", positive=True) for one in parts]
+    for i, one in enumerate(found):
+        for j in range(i):
+            if math.isclose(one, found[j], rel_tol=1e-9):
+                raise UsageError(
+                    f"--steps: {parts[j].strip()!r} and {parts[i].strip()!r} are the same step",
+                    hint="give each step once",
+                )
+    return found
 
 
 def _seconds(text: str, option: str, *, positive: bool) -> float:

@@ -63,6 +63,8 @@ def test_at_an_instant_of_the_record_the_dynamics_are_those_there(estimfw: Calla
         (("--steps", "10"), 2, "'10' is no time"),
         (("--steps", "1 s, 3 m"), 2, "'3 m' is no time"),
         (("--steps", "0 s"), 2, "a step of '0 s' is none"),
+        (("--steps", "1 s,1 s"), 2, "'1 s' and '1 s' are the same step"),
+        (("--steps", "60 s, 10 s, 1 min"), 2, "'60 s' and '1 min' are the same step"),
         (("--at", "soon"), 2, "--at"),
         (("-o", "page.pdf"), 2, "page.html"),
     ],
