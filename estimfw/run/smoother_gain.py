@@ -47,9 +47,13 @@ def smoother_text(dataset: xr.Dataset) -> str:
     if "smoother" not in dataset.attrs or "smoothed" not in dataset:
         return ""
     cfg = json.loads(str(dataset.attrs["smoother"]))
+    every = "all data of the record count at each instant"
     if cfg["kind"] == "fixed_lag":
-        return f"fixed lag: data up to {cfg['lag']:.10g} s after each instant count"
-    return "fixed interval: all data of the record count at each instant"
+        lag, time = f"{cfg['lag']:.10g} s", dataset["time"].to_numpy()
+        if time.size and cfg["lag"] >= time[-1] - time[0]:
+            return f"fixed lag of {lag}, no shorter than the record, so that it is the fixed interval: {every}"
+        return f"fixed lag: data up to {lag} after each instant count"
+    return f"fixed interval: {every}"
 
 
 def smoother_json(dataset: xr.Dataset) -> dict[str, Any] | None:

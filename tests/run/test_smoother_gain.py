@@ -48,3 +48,19 @@ def test_outputs_come_first_and_a_lag_is_told(example: Example) -> None:
     assert labels[0].startswith("attitude.") and labels[-1].startswith("gyro_bias")
     assert "data up to 5 s after" in smoother_text(result)
     assert "own model" in smoother_table(result).note
+
+
+@pytest.mark.parametrize(("lag", "whole"), [("1e9 s", True), ("19.8 s", True), ("19 s", False)])
+def test_a_lag_no_shorter_than_the_record_is_told_to_be_the_fixed_interval(
+    example: Example, lag: str, whole: bool
+) -> None:
+    found = [
+        result_dataset(run_problem(example("tracker", "source.duration=20 s", f"estimator.smoother={smoother}")))
+        for smoother in (f"{{kind: fixed_lag, lag: {lag}}}", "{kind: fixed_interval}")
+    ]
+    time = found[0]["time"].to_numpy()
+    assert time[-1] - time[0] == pytest.approx(19.8)
+    difference = np.abs(found[0]["smoothed_sigma"].to_numpy() / found[1]["smoothed_sigma"].to_numpy() - 1.0)
+    assert (float(difference.max()) < 1e-9) is whole
+    assert ("so that it is the fixed interval" in smoother_text(found[0])) is whole
+    assert ("fixed interval" in smoother_table(found[0]).note) is whole
