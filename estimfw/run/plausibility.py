@@ -120,7 +120,7 @@ def _unknown_variance(dataset: xr.Dataset) -> FloatArray:
 
 
 def _told(label: str, ratio: float, possible: float) -> str:
-    less = f", {possible:.3g} sigmas with what the honest sigma adds" if possible < 0.99 * ratio else ""
+    less = f" (honest: {possible:.3g})" if possible < 0.99 * ratio else ""
     fault = "the data contradict the configured start, site, units or noise"
     return f"{label} is {ratio:.3g} prior sigmas from its prior{less}: {fault}"
 

@@ -86,7 +86,7 @@ def test_what_a_held_state_does_to_an_estimate_is_no_contradiction_unless_it_is_
     assert [e for e in events_of(result) if e.kind == "implausible"] == []
     result = run(composed(HELD), np.full((400, 1), 80.0), ("fix",))
     (told,) = [e.text for e in events_of(result) if e.kind == "implausible"]
-    assert told.startswith("a is 80 prior sigmas from its prior, 7.96 sigmas with what the honest sigma adds: ")
+    assert told.startswith("a is 80 prior sigmas from its prior (honest: 7.96): ")
     assert told in cautions(result)
 
 
