@@ -71,6 +71,8 @@ def command(
 
         print_result(shown, console(), at_end=at is None)
         _say_done(done, folder, written)
+        if folder is not None and report:
+            _say_left_out(shown)
     say_undetermined(problem)
 
 
@@ -111,6 +113,13 @@ def _say_done(done: Collected, folder: Path | None, written: Sequence[Path]) -> 
     names += [f"{pictures} pictures in {Path('figures')}/"] if pictures else []
     if folder is not None:
         say(f"wrote {', '.join(names)} into {folder}")
+
+
+def _say_left_out(dataset: xr.Dataset) -> None:
+    from estimfw.report.write import PICTURED_STATES, states_only_on_page
+
+    if states_only_on_page(dataset):
+        say(f"more than {PICTURED_STATES} states: each is drawn on the page, not as a picture", style="dim")
 
 
 def _write(

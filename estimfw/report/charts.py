@@ -137,7 +137,8 @@ def _sigma_charts(dataset: xr.Dataset, scale: TimeScale, limit: int) -> Iterator
     """Sigmas on logarithmic axes, a panel for each group."""
     time = scale.of_seconds(dataset["time"].to_numpy())
     series = (*series_of(dataset, "output"), *series_of(dataset, "state"))
-    panels = [_sigma_panel(group, time, limit) for group in grouped(series, len(SERIES))]
+    kinds = any(name in dataset for name in ("honest_sigma", "smoothed_sigma"))  # told apart by dashes, then
+    panels = [_sigma_panel(group, time, limit) for group in grouped(series, len(SERIES) if kinds else 2 * len(SERIES))]
     note = HONEST_NOTE if "honest_sigma" in dataset else ""
     if "smoothed_sigma" in dataset:
         note = f"{note} Dotted: smoothed." if note else SMOOTHED_NOTE
@@ -147,19 +148,28 @@ def _sigma_charts(dataset: xr.Dataset, scale: TimeScale, limit: int) -> Iterator
 
 def _sigma_panel(group: tuple[Series, ...], time: FloatArray, limit: int) -> Panel:
     curves = []
-    for place, (one, colour) in enumerate(zip(group, SERIES, strict=False)):
+    for place, one in enumerate(group):
+        turn, at = divmod(place, len(SERIES))
+        colour = SERIES[at]
         sigmas = (one.sigma, one.honest, one.smoothed_sigma)
         own, honest, smoothed = (np.where(sigma > 0, sigma, np.nan) for sigma in sigmas)
         reduced, later = (bool(np.isfinite(sigma).any()) for sigma in (honest, smoothed))
         thin_time, (own, honest, smoothed) = thinned(time, (own, honest, smoothed), limit)
-        plain = reduced or later or not place % 2
+        plain = reduced or later or not (at + turn) % 2  # a colour that comes again is dashed where it was not
         curves.append(Curve(one.member, thin_time, own, colour, "line" if plain else "dashed"))
         if reduced:
             curves.append(Curve(f"{one.member} honest", thin_time, honest, colour, "dashed", listed=False))
         if later:
             style: Style = "dotted" if reduced else "dashed"
             curves.append(Curve(f"{one.member} smoothed", thin_time, smoothed, colour, style, listed=False))
-    return Panel(f"σ of {group[0].group}", group[0].unit, tuple(curves), logarithmic=True)
+    return Panel(_sigma_title(group), group[0].unit, tuple(curves), logarithmic=True)
+
+
+def _sigma_title(group: tuple[Series, ...]) -> str:
+    """The block; where it does not fit into one panel, from which of its states to which."""
+    first, last = group[0], group[-1]
+    whole = sum((one.group, one.unit) == (first.group, first.unit) for one in series_of(first.dataset, first.axis))
+    return f"σ of {first.group}" + (f": {first.member} to {last.member}" if len(group) < whole else "")
 
 
 def _note(panels: Iterable[Panel]) -> str:

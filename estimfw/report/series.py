@@ -161,6 +161,11 @@ def series_of(dataset: xr.Dataset, axis: Axis) -> tuple[Series, ...]:
 
 
 def grouped(series: tuple[Series, ...], most: int) -> list[tuple[Series, ...]]:
-    """Neighbours of one block and one unit together, at most ``most`` in a group."""
+    """Neighbours of one block and one unit together, at most ``most`` in a group; a larger block in parts of one size."""
     families = (tuple(family) for _, family in groupby(series, key=lambda one: (one.group, one.unit)))
-    return [family[start : start + most] for family in families for start in range(0, len(family), most)]
+    return [part for family in families for part in _parts(family, most)]
+
+
+def _parts(family: tuple[Series, ...], most: int) -> list[tuple[Series, ...]]:
+    size = -(-len(family) // -(-len(family) // most))
+    return [family[start : start + size] for start in range(0, len(family), size)]

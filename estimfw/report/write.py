@@ -12,15 +12,23 @@ from estimfw.run.files import refuse_existing, write_atomically, write_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FIGURES", "PAGE", "write_report"]
+__all__ = ["FIGURES", "PAGE", "states_only_on_page", "write_report"]
 
 PAGE = "report.html"
 FIGURES = "figures"
 PICTURE_POINTS = 4000
 
+PICTURED_STATES = 48
+"""More states than these are drawn one by one on the page alone: drawing pictures takes longer than such a filter runs."""
+
+
+def states_only_on_page(dataset: xr.Dataset) -> bool:
+    """Whether there are too many states for pictures of each; their sigmas, outputs and measurements have pictures still."""
+    return int(dataset.sizes.get("state", 0)) > PICTURED_STATES
+
 
 def write_report(dataset: xr.Dataset | Path, folder: Path, *, force: bool = False) -> list[Path]:
-    """Write ``report.html`` and ``figures/*.png`` into a folder.
+    """Write ``report.html`` and ``figures/*.png`` into a folder; many states are on the page alone (`states_only_on_page`).
 
     Parameters
     ----------
@@ -49,6 +57,8 @@ def write_report(dataset: xr.Dataset | Path, folder: Path, *, force: bool = Fals
     result = read_result(dataset) if isinstance(dataset, Path) else dataset
     check_result(result)
     charts = charts_of(result, PICTURE_POINTS)
+    if states_only_on_page(result):
+        charts = tuple(chart for chart in charts if chart.section not in ("states", "state_errors"))
     pictures = {folder / FIGURES / f"{chart.key}.png": chart for chart in charts}
     paths = [folder / PAGE, *pictures]
     for path in paths:

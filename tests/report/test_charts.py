@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -12,6 +13,7 @@ from estimfw.report.charts import charts_of
 from estimfw.report.interactive import plotly_figure
 from estimfw.report.panel import Chart, focused
 from estimfw.report.pictures import draw
+from estimfw.report.write import PICTURED_STATES, write_report
 
 Results = Callable[..., xr.Dataset]
 DEG = np.pi / 180
@@ -163,3 +165,29 @@ def test_a_smoother_is_drawn_beside_the_filter(make_result: Results) -> None:
     outputs = chart(both, "outputs_attitude").panels[0]
     assert [curve.name for curve in outputs.curves] == ["estimate", "truth"]
     assert not [c for one in charts_of(plain, 4000) for p in one.panels for c in p.curves if "smoothed" in c.name]
+
+
+def many(make_result: Results, copies: int) -> xr.Dataset:
+    """The first state, ``copies`` times, as the axes of one block."""
+    result = make_result(outputs=False)
+    wide = result.isel(state=[0] * copies)
+    return wide.assign_coords(state=[f"velocity_error[m{i + 1}]" for i in range(copies)])
+
+
+def test_a_block_of_ten_has_one_panel_of_sigmas_and_no_two_curves_alike(make_result: Results) -> None:
+    (panel,) = chart(many(make_result, 10), "sigmas").panels
+    assert len(panel.curves) == len({(curve.colour, curve.style) for curve in panel.curves}) == 10
+
+
+def test_a_block_too_large_for_a_panel_is_cut_evenly_and_says_where(make_result: Results) -> None:
+    panels = chart(many(make_result, 14), "sigmas").panels
+    assert [len(panel.curves) for panel in panels] == [7, 7]
+    assert [panel.title for panel in panels] == ["σ of velocity_error: m1 to m7", "σ of velocity_error: m8 to m14"]
+
+
+def test_pictures_of_very_many_states_are_left_to_the_page(make_result: Results, tmp_path: Path) -> None:
+    few, lots = (write_report(many(make_result, n), tmp_path / str(n)) for n in (PICTURED_STATES, PICTURED_STATES + 1))
+    assert any(path.name.startswith("states_") for path in few)
+    names = {path.name for path in lots}
+    assert "sigmas.png" in names and not any(name.startswith("state") for name in names)
+    assert "velocity_error[m49]" in (tmp_path / str(PICTURED_STATES + 1) / "report.html").read_text()
