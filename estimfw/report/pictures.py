@@ -144,7 +144,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
     for band in panel.bands:
         _draw_band(axes, band)
     for curve in panel.curves:
-        _draw_curve(axes, curve)
+        _draw_curve(axes, curve, on_top=panel.logarithmic and curve.style in ("dashed", "dotted"))
     axes.set_title(_text(panel.title), loc="left", y=1.0, fontsize=9.5, color=INK)
     axes.set_ylabel(_text(panel.unit))
     axes.margins(x=0.01)
@@ -158,7 +158,8 @@ def _draw_band(axes: Axes, band: Band) -> None:
         axes.plot(band.time, edge, color=band.colour[:7], alpha=0.55, linewidth=0.7)
 
 
-def _draw_curve(axes: Axes, curve: Curve) -> None:
+def _draw_curve(axes: Axes, curve: Curve, *, on_top: bool) -> None:
+    """``on_top``: sigmas that are equal lie on each other, and a line shows between the dashes of another."""
     alone = curve.style in ("line", "dashed", "dotted") and np.isfinite(curve.values).sum() == 1
     axes.plot(
         curve.time,
@@ -168,6 +169,7 @@ def _draw_curve(axes: Axes, curve: Curve) -> None:
         marker="o" if alone else MARKS[curve.style],
         markersize=4.5 if alone or curve.style == "crosses" else 2.5,
         label=_text(curve.name) if curve.listed else "_",
+        zorder=2.1 if on_top else 2.0,
     )
 
 

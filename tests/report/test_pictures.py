@@ -159,3 +159,12 @@ def test_drawing_leaves_the_settings_of_matplotlib_alone(charts: tuple[Chart, ..
     before = dict(matplotlib.rcParams)
     save_picture(charts[0], tmp_path / "a.png")
     assert dict(matplotlib.rcParams) == before
+
+
+def test_dashes_lie_above_the_lines_of_equal_sigmas(charts: tuple[Chart, ...]) -> None:
+    (sigmas,) = (one for one in charts if one.key == "sigmas")
+    levels: dict[str, set[float]] = {}
+    for axes in drawn(sigmas).axes:
+        for line in axes.get_lines():
+            levels.setdefault(str(line.get_linestyle()), set()).add(line.get_zorder())
+    assert min(levels["--"]) > max(levels["-"])
