@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from estimfw.config.generic.decentralised import DecentralisedConfig
 from estimfw.data.record import SAME, Event
 from estimfw.estimators.decentralised.ledger import Ledger
 from estimfw.estimators.decentralised.scan import DecentralisedScan
@@ -29,11 +30,28 @@ def silence_events(prepared: Prepared) -> Iterator[Event]:
         return
     for absence in ledger.absences:
         deputies = " and ".join(ledger.names[i] for i in absence.deputies)
+        carried = (
+            f"{deputies} carried its states on" if deputies else "its states were predicted from the last snapshot"
+        )
         text = (
             f"did not answer at the steps from {absence.first:.10g} to {absence.last:.10g} s: "
-            f"its measurements are missing, {deputies} carried its states on"
+            f"its measurements are missing, {carried}"
         )
         yield Event(absence.first, f"node {ledger.names[absence.node]}", "node silent", text, absence.steps)
+    yield from _without_steps(prepared)
+
+
+def _without_steps(prepared: Prepared) -> Iterator[Event]:
+    """Silences that the config asks for at a time at which there is no step."""
+    time = prepared.steps.time
+    estimator = prepared.problem.estimator
+    for one in estimator.exchange.silent if isinstance(estimator, DecentralisedConfig) else ():
+        if not np.any((time >= one.begin - SAME) & (time < one.until - SAME)):
+            text = (
+                f"should not answer from {one.begin:.10g} to {one.until:.10g} s, but no step ends then: "
+                f"the run goes from {prepared.steps.start:.10g} to {time[-1]:.10g} s"
+            )
+            yield Event(one.begin, f"node {one.node}", "silence without steps", text)
 
 
 def silences_begun(scan: object, time: float) -> Iterator[Event]:
@@ -42,7 +60,10 @@ def silences_begun(scan: object, time: float) -> Iterator[Event]:
         ledger = scan.exchange.ledger
         for absence in ledger.absences:
             if absence.first == time:
-                text = "does not answer: its measurements are missing, the others carry its states on"
+                others = (
+                    "the others carry its states on" if absence.deputies else "no node is there to carry its states on"
+                )
+                text = f"does not answer: its measurements are missing, {others}"
                 yield Event(time, f"node {ledger.names[absence.node]}", "node silent", text)
 
 

@@ -33,11 +33,25 @@ def test_55_a_silent_node_is_flagged_and_the_others_go_on(check: Check, tracker:
     assert [node["silent_steps"] for node in answer["exchange"]["nodes"]] == [0, 6]
 
 
-def test_55_a_filter_none_of_whose_nodes_answers_is_refused(check: Check, tracker: Tracker) -> None:
+def test_55_where_no_node_answers_the_states_are_predicted_until_one_is_back(check: Check, tracker: Tracker) -> None:
     both = f"{NORTH}, {{node: east, from: 5 s, until: 8 s}}"
-    told = check(tracker(ESTIMATOR, NODES % both), command="run")
-    assert told.code == 5
-    told.says("no node answers at 5 s")
+    told = check(tracker(ESTIMATOR, NODES % both), "--json", command="run")
+    assert told.code == 0
+    answer = json.loads(told.out)
+    assert sorted((e["source"], e["time"], e["count"]) for e in answer["events"] if e["kind"] == "node silent") == [
+        ("node east", 5.0, 6),
+        ("node north", 3.0, 6),
+    ]
+    for state in answer["states"].values():
+        assert abs(state["error"]) < 4.0 * state["sigma"]
+
+
+def test_55_a_silence_at_which_there_is_no_step_is_told(check: Check, tracker: Tracker) -> None:
+    told = check(tracker(ESTIMATOR, NODES % "{node: north, from: 300 s, until: 400 s}"), "--json", command="run")
+    assert told.code == 0
+    (event,) = json.loads(told.out)["events"]
+    assert (event["source"], event["kind"]) == ("node north", "silence without steps")
+    assert "the run goes from 0 to 10 s" in event["text"]
 
 
 def test_55_a_node_that_is_none_is_refused_with_the_nearest(check: Check, tracker: Tracker) -> None:

@@ -8,7 +8,7 @@ from pydantic import Discriminator, Field, Strict, Tag, model_validator
 
 from estimfw.config.generic.estimation import Estimation, StartSpread
 from estimfw.config.generic.kalman import KalmanConfig
-from estimfw.config.generic.smoother import refuse_smoother
+from estimfw.config.generic.smoother import refuse_kalman_only
 from estimfw.config.generic.unscented import UnscentedConfig
 from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Number, Settings
@@ -64,11 +64,11 @@ class BankConfig(Settings):
 
     @model_validator(mode="before")
     @classmethod
-    def _no_smoother(cls, data: Any) -> Any:
-        return refuse_smoother(data, "a bank")
+    def _one_kalman_filter_only(cls, data: Any) -> Any:
+        return refuse_kalman_only(data, "a bank")
 
     @model_validator(mode="after")
-    def _no_smoother_of_a_member(self) -> Self:
+    def _one_kalman_filter_only_of_a_member(self) -> Self:
         if self.filter.smoother is not None:
             text = "the reported member changes along the run, and there is no way back from one to another"
             refuse(

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, Strict, model_validator
 
 from estimfw.config.generic.kalman import RecursionConfig
-from estimfw.config.generic.smoother import refuse_smoother
+from estimfw.config.generic.smoother import refuse_kalman_only
 from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Identifier, Names, Settings, quantity
 from estimfw.errors import ConfigError
@@ -79,8 +79,8 @@ class DecentralisedConfig(RecursionConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _no_smoother(cls, data: Any) -> Any:
-        return refuse_smoother(data, "a decentralised filter")
+    def _one_kalman_filter_only(cls, data: Any) -> Any:
+        return refuse_kalman_only(data, "a decentralised filter")
 
     @model_validator(mode="after")
     def _heard(self) -> Self:

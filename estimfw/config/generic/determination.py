@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from estimfw.config.filter_config import FilterConfig
 from estimfw.config.generic.estimation import Estimation
 from estimfw.config.generic.kalman import KalmanConfig
-from estimfw.config.generic.smoother import refuse_smoother
+from estimfw.config.generic.smoother import refuse_kalman_only
 from estimfw.config.types import Settings
 from estimfw.errors import ConfigError
 
@@ -30,8 +30,8 @@ class DeterminationConfig(Settings):
 
     @model_validator(mode="before")
     @classmethod
-    def _no_smoother(cls, data: Any) -> Any:
-        return refuse_smoother(data, "a determination")
+    def _one_kalman_filter_only(cls, data: Any) -> Any:
+        return refuse_kalman_only(data, "a determination")
 
 
 def determination(cfg: DeterminationConfig) -> Estimation:

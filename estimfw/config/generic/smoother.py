@@ -9,7 +9,7 @@ from pydantic import Field
 from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Settings, positive_quantity
 
-__all__ = ["FixedIntervalConfig", "FixedLagConfig", "SmootherConfig", "refuse_smoother"]
+__all__ = ["FixedIntervalConfig", "FixedLagConfig", "SmootherConfig", "refuse_kalman_only"]
 
 
 class FixedIntervalConfig(Settings):
@@ -30,8 +30,10 @@ class FixedLagConfig(Settings):
 SmootherConfig = Annotated[FixedIntervalConfig | FixedLagConfig, Field(discriminator="kind")]
 
 
-def refuse_smoother(data: Any, kind: str) -> Any:
-    """Raise, inside a pydantic validator, for an estimator of a ``kind`` that has no smoother."""
+def refuse_kalman_only(data: Any, kind: str) -> Any:
+    """Raise, inside a pydantic validator, for an estimator of a ``kind`` that has neither smoother nor stages."""
     if isinstance(data, dict) and data.get("smoother") is not None:
         refuse(f"{kind} has no smoother", "a smoother goes back over one Kalman filter: kind: kalman", "smoother")
+    if isinstance(data, dict) and data.get("stages"):
+        refuse(f"{kind} has no stages", "stages say what one Kalman filter believes: kind: kalman", "stages")
     return data

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from estimfw.config.generic.kalman import RecursionConfig
-from estimfw.config.generic.smoother import refuse_smoother
+from estimfw.config.generic.smoother import refuse_kalman_only
 from estimfw.config.quantity_types import refuse
 from estimfw.config.types import Number
 from estimfw.estimators.sigma_points import Spread
@@ -32,8 +32,8 @@ class UnscentedConfig(RecursionConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _no_smoother(cls, data: Any) -> Any:
-        return refuse_smoother(data, "an unscented filter")
+    def _one_kalman_filter_only(cls, data: Any) -> Any:
+        return refuse_kalman_only(data, "an unscented filter")
 
     @model_validator(mode="after")
     def _spreads(self) -> Self:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimfw.data.record import SAME
-from estimfw.errors import DataError
 from estimfw.estimators.decentralised.ledger import Ledger
 from estimfw.estimators.decentralised.shares import Snapshot
 from estimfw.estimators.decentralised.work import Done, Readings, Work
@@ -92,7 +91,8 @@ class InProcessExchange:
     """All nodes in this process, in lockstep.
 
     A node that is silent has its program run by the next one that answers, without its readings: each node begins a step with
-    the whole of x and P, so nothing is lost. When it is back it is sent a snapshot.
+    the whole of x and P, so nothing is lost. When it is back it is sent a snapshot. Where no node answers, the first that is back
+    makes up for the steps in between, without readings, from the snapshot that it has: nothing is sent for them.
 
     Parameters
     ----------
@@ -117,31 +117,26 @@ class InProcessExchange:
     def step(
         self, time: float, nodes: Sequence[Participant], snapshot: Snapshot, work: Work, readings: Sequence[Readings]
     ) -> Sequence[Done]:
-        """See `Exchange.step`.
-
-        Raises
-        ------
-        DataError
-            No node answers.
-        """
-        away = self.silent(time)
-        acting = self._acting(time, away)
+        """See `Exchange.step`."""
+        away, everybody = self.silent(time), len(nodes)
+        acting = self._acting(away)
         for back in sorted(self._away - away):
             self.ledger.back(back)
-            self.ledger.sent(acting[(back + 1) % len(nodes)], "snapshot", nodes[back].snapshot_words())
+            if len(self._away) < everybody:
+                self.ledger.sent(acting[(back + 1) % everybody], "snapshot", nodes[back].snapshot_words())
         for node in sorted(away):
-            self.ledger.absent(node, time, acting[node])
+            self.ledger.absent(node, time, acting[node] if len(away) < everybody else None)
         self._away = away
         programs = [node.program(snapshot, work, own) for node, own in zip(nodes, readings, strict=True)]
-        done = lockstep(programs, acting, self.ledger)
+        done = lockstep(programs, acting, self.ledger if len(away) < everybody else Ledger(self.names))
         self.ledger.steps += 1
         return done
 
-    def _acting(self, time: float, away: frozenset[int]) -> list[int]:
-        """Which node runs each program."""
+    def _acting(self, away: frozenset[int]) -> list[int]:
+        """Which node runs each program; each its own where none answers."""
         count = len(self.names)
         if len(away) == count:
-            raise DataError(f"no node answers at {time:g} s", hint="estimator.exchange.silent names all of them there")
+            return list(range(count))
         return [next(j % count for j in range(i, i + count) if j % count not in away) for i in range(count)]
 
 

@@ -16,7 +16,10 @@ FloatArray = NDArray[np.float64]
 
 @dataclass
 class Absence:
-    """A node did not answer from the step that ends at ``first`` to the one at ``last`` (s); ``deputies`` ran its program."""
+    """A node did not answer from the step that ends at ``first`` to the one at ``last`` (s); ``deputies`` ran its program.
+
+    There is none for steps at which no node answered.
+    """
 
     node: int
     first: float
@@ -77,13 +80,13 @@ class Ledger:
         self.messages[node] += 1
         self.words[node][kind] += words
 
-    def absent(self, node: int, time: float, deputy: int) -> None:
-        """A node did not answer at the step that ends at this time, s; ``deputy`` ran its program."""
+    def absent(self, node: int, time: float, deputy: int | None) -> None:
+        """A node did not answer at the step that ends at this time, s; ``deputy`` ran its program, None: nobody."""
         known = self._open.get(node)
         if known is None:
             known = self._open[node] = Absence(node, time, time, 0, [])
             self.absences.append(known)
-        if deputy not in known.deputies:
+        if deputy is not None and deputy not in known.deputies:
             known.deputies.append(deputy)
         known.last, known.steps = time, known.steps + 1
 

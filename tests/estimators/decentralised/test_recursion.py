@@ -158,6 +158,25 @@ def test_two_nodes_of_three_may_be_silent_at_different_times(alignment: Alignmen
     ]
 
 
+def test_where_no_node_answers_the_filter_is_the_global_one_without_any_reading(
+    alignment: Alignment, nodes: Nodes
+) -> None:
+    """From 50 to 60 s both are away: no words; then they have what they had, and need no snapshot."""
+    silent = [{"node": "n0", "from": "20 s", "until": "60 s"}, {"node": "n1", "from": "50 s", "until": "80 s"}]
+    problem = alignment(GLOBAL, 100)
+    record = load_record(problem)
+    wanted = run_problem(problem, record=without(without(record, 0, 20.0, 60.0), 1, 50.0, 80.0))
+    found = run_problem(
+        alignment(decentralised(nodes(BY_CORRELATION), exchange={"silent": silent}), 100), record=record
+    )
+    assert difference(found, wanted) < 1e-9
+    assert isinstance(found.prepared.scan, DecentralisedScan)
+    ledger = found.prepared.scan.exchange.ledger
+    assert (ledger.steps, ledger.rounds) == (100, (100 - 60) * 3)
+    assert [(a.node, a.steps, a.deputies) for a in ledger.absences] == [(0, 40, [1]), (1, 30, [0])]
+    assert ledger.total == 40 * 89 + 65
+
+
 @pytest.mark.parametrize("form", ["exact", "drop"])
 def test_a_silent_node_is_one_whose_readings_are_missing_in_a_suboptimal_form_too(
     alignment: Alignment, nodes: Nodes, form: str
