@@ -32,6 +32,10 @@ class OnlineFir:
         self._grid = np.empty((room, len(names)))
         self._times = np.empty(room)  # of the grid, NaN where there is no row
         self._first = self._end = 0
+        self._gone, self._behind = (
+            np.nan,
+            0,
+        )  # time of the last row before the buffer, and how many places it lies before
         self._newest = -np.inf
         self._hole = np.zeros(len(names), dtype=np.int64)  # rows since the last reading
         self._seen = np.zeros(len(names), dtype=bool)
@@ -96,11 +100,19 @@ class OnlineFir:
                 text = "readings are missing within the window of the low-pass filter: its output is missing"
                 self.events.append(Event(time, self._stream, "missing", text, int(np.isnan(out).sum())))
             rows.append(Row(self._into, time, out))
-            self._first += 1
+            self._go_on()
         return rows
+
+    def _go_on(self) -> None:
+        """The first row of the buffer is not needed any more, but for its time: rows after it may be lost."""
+        if np.isfinite(self._times[self._first]):
+            self._gone, self._behind = float(self._times[self._first]), 0
+        self._first += 1
+        self._behind += 1
 
     def _time(self, place: float) -> float:
         """The instant at a place among the rows of the buffer."""
-        times = self._times[self._first : self._end]
-        there = np.flatnonzero(np.isfinite(times))
-        return float(np.interp(place, there, times[there]))
+        times = np.append(self._gone, self._times[self._first : self._end])
+        places = np.append(-self._behind, np.arange(times.size - 1))
+        there = np.isfinite(times)
+        return float(np.interp(place, places[there], times[there]))

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -91,6 +91,7 @@ def test_a_counter_that_wraps_is_reset_loses_counts_and_has_spikes(steps: list[i
 
 
 @settings(max_examples=60)
+@example(holes=[(61, 12, True), (73, 10, True)], longest=0.0, taps=40)  # more lost rows than half a window has
 @given(
     st.lists(st.tuples(st.integers(0, 299), st.integers(1, 12), st.booleans()), max_size=5),
     st.sampled_from([0.0, 0.05]),
