@@ -118,15 +118,15 @@ def output_folder(folder: Path, names: Iterable[str] = (), *, force: bool = Fals
     Yields
     ------
     Path
-        The folder, locked until the end of the ``with`` block. What a killed writer left half-written is gone.
+        The folder, locked until the end of the ``with`` block. Where that fails, the folders that were made for it are gone
+        again, unless something lies in them. What a killed writer left half-written is gone.
 
     Raises
     ------
     DataError
         It is no folder, it cannot be written, another process writes it, or a file exists.
     """
-    _make(folder)
-    with folder_lock(folder), output_files(folder, names, force=force):
+    with _made(folder), folder_lock(folder), output_files(folder, names, force=force):
         for stale in folder.glob(f".*{PARTIAL}"):
             if not lock_of_file(folder / _whole_name(stale)).exists():  # else it may be somebody's who writes just now
                 _drop(stale)
@@ -166,6 +166,20 @@ def output_files(folder: Path, names: Iterable[str], *, force: bool = False) -> 
                 if _whole_name(stale) == path.name:
                     _drop(stale)
         yield folder
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """Make a folder; where the ``with`` block fails, take away what was made, the inmost first, as far as it is empty."""
+    new = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        _make(folder)
+        yield
+    except BaseException:
+        with suppress(OSError):  # the first that is not empty, and with it those around it
+            for path in new:
+                path.rmdir()
+        raise
 
 
 def _make(folder: Path) -> None:

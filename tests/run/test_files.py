@@ -193,6 +193,24 @@ def test_an_output_folder_refuses_known_outputs_before_any_work(tmp_path: Path) 
     assert names_in(tmp_path) == {"a.txt"}
 
 
+def test_work_that_fails_leaves_no_folder_that_it_made(tmp_path: Path) -> None:
+    (tmp_path / "x").mkdir()
+    with pytest.raises(DataError, match="no fix"), output_folder(tmp_path / "x" / "y" / "z", ["a.txt"]):
+        raise DataError("no fix")
+    assert names_in(tmp_path) == {"x"} and names_in(tmp_path / "x") == set()
+
+
+def test_work_that_fails_leaves_a_folder_in_which_something_lies(tmp_path: Path) -> None:
+    for folder in (tmp_path / "old", tmp_path / "new"):
+        if folder.name == "old":
+            folder.mkdir()
+        with pytest.raises(DataError), output_folder(folder):
+            if folder.name == "new":
+                write_text(folder / "a.txt", "x")
+            raise DataError("no fix")
+    assert names_in(tmp_path) == {"old", "new"} and names_in(tmp_path / "new") == {"a.txt"}
+
+
 def test_a_file_in_place_of_the_folder_is_a_data_error(tmp_path: Path) -> None:
     path = write_text(tmp_path / "a.txt", "x")
     with pytest.raises(DataError, match="cannot write"), output_folder(path):
