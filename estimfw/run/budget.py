@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +74,7 @@ class Budget:
     total: FloatArray
     own: FloatArray
 
-    @property
+    @cached_property
     def shares(self) -> FloatArray:
         """Parts of the mean square error, (T, sources, quantities); zero where there is no error."""
         square = self.total[:, None, :] ** 2

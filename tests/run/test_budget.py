@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from io import StringIO
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rich.console import Console
 from scipy.stats import chi2
 
 from estimfw.config.compose import Problem
@@ -14,6 +16,7 @@ from estimfw.errors import ConfigError
 from estimfw.montecarlo.campaign import run_campaign
 from estimfw.montecarlo.dataset import campaign_dataset
 from estimfw.montecarlo.draw import draw_runs
+from estimfw.report.budget_text import print_budget
 from estimfw.run.budget import Budget, error_budget
 from estimfw.run.run import run_problem
 
@@ -199,3 +202,23 @@ def test_a_source_of_rounding_is_not_named(example: Example) -> None:
     budget = error_budget(example("tracker", "source.duration=60 s"))
     for i in range(len(budget.quantities)):
         assert min(budget.shares[-1, s, i] for s in budget.largest(i)) > 1e-6
+
+
+def test_shares_are_found_once(composed: Composed) -> None:
+    """Tables ask for them by source and quantity: found anew each time, a hundred states took a minute."""
+    budget = error_budget(composed(REDUCED))
+    assert budget.shares is budget.shares
+    np.testing.assert_allclose(budget.shares.sum(axis=1), 1.0, rtol=1e-9)
+
+
+def test_a_budget_of_very_many_quantities_is_told_without_a_table_that_no_terminal_holds(example: Example) -> None:
+    told = StringIO()
+    print_budget(error_budget(example("chain_100", "source.duration=0.2 s")), Console(file=told, width=140))
+    assert "160 sources to 100 quantities: on a page" in told.getvalue()
+    assert "position_1[m1]: " in told.getvalue() and "the filter's own sigma" not in told.getvalue()
+
+
+def test_a_budget_of_few_quantities_is_told_with_all_sources(composed: Composed) -> None:
+    told = StringIO()
+    print_budget(error_budget(composed(REDUCED)), Console(file=told, width=140))
+    assert "the filter's own sigma" in told.getvalue()
