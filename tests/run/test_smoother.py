@@ -228,6 +228,7 @@ def test_a_result_that_is_cut_does_not_know_what_came_after(example: Example) ->
         ("{kind: unscented, smoother: {kind: fixed_interval}}", "an unscented filter has no smoother"),
         ("{kind: determination, smoother: {kind: fixed_interval}}", "a determination has no smoother"),
         ("{kind: bank, stages: [{name: all}]}", "a bank has no stages"),
+        ("{kind: determination, stages: [{name: all}]}", "a determination has no stages"),
         ("{kind: unscented, stages: [{name: all}]}", "an unscented filter has no stages"),
         ("{kind: decentralised, nodes: [], stages: [{name: all}]}", "a decentralised filter has no stages"),
         ("{kind: kalman, smoother: {kind: fixed_lag}}", "lag"),

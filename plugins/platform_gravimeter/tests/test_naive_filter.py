@@ -67,6 +67,14 @@ def test_estimates_and_sigmas_are_those_of_a_filter_written_out(opened: Open, se
 
 
 @pytest.mark.parametrize("alpha", [0.0, 30.0])
+def test_sigmas_of_one_position_are_those_of_a_filter_written_out(opened: Open, alpha: float) -> None:
+    done = run_problem(opened("gravimeter", f"nominal.alpha={alpha} deg"))
+    _, sigma = filtered(np.zeros((1200, 2)), np.full(1200, np.radians(alpha)))
+    for second in (60, 300, 600, 1200):
+        np.testing.assert_allclose(done.sigma[second - 1], sigma[second - 1], rtol=1e-6, err_msg=f"{second} s")
+
+
+@pytest.mark.parametrize("alpha", [0.0, 30.0])
 def test_phi_and_q_are_those_of_van_loan(opened: Open, alpha: float) -> None:
     """1e-10 of each entry, or of what the sigmas of its row and column make of it."""
     plan = opened("gravimeter", f"nominal.alpha={alpha} deg").plan
